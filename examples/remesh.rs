@@ -7,7 +7,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let [input, output, vertices] = arguments.as_slice() else {
         return Err("give an input, an output and a number of vertices".into());
     };
-    let scan = io::read(input.as_ref())?.mesh;
+    let scan = io::read(input)?.mesh;
     // The fastest device of the machine, or what RTFMESH_DEVICE names.
     let device = Device::open(&DeviceOptions::from_env())?;
     let result = remesh(&device, &scan, &Options::new(vertices.parse()?))?;
@@ -17,6 +17,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let quality = &result.summary.output.quality;
     println!("mean quality {:.3}, smallest angle {:.1}°", quality.mean_quality, quality.min_angle);
-    io::write(output.as_ref(), &result.mesh)?;
+    io::write(output, &result.mesh)?;
     Ok(())
 }

@@ -127,8 +127,13 @@ impl Error {
     }
 
     /// An [`Error::Output`].
-    pub fn output(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Output { path: path.to_owned(), problem: problem.into(), remedy: remedy.into(), source: None }
+    pub fn output(path: impl AsRef<Path>, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Output {
+            path: path.as_ref().to_owned(),
+            problem: problem.into(),
+            remedy: remedy.into(),
+            source: None,
+        }
     }
 
     /// An [`Error::Device`].
@@ -151,9 +156,9 @@ impl Error {
 
     /// Sets the file of an [`Error::Input`] that has none yet.
     #[must_use]
-    pub fn in_file(mut self, file: &Path) -> Self {
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
         if let Self::Input { path: path @ None, .. } = &mut self {
-            *path = Some(file.to_owned());
+            *path = Some(file.as_ref().to_owned());
         }
         self
     }

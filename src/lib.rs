@@ -3,10 +3,10 @@
 //! ```no_run
 //! use rtfmesh::{Device, DeviceOptions, Options, io, remesh};
 //!
-//! let input = io::read("kitten.ply".as_ref())?.mesh;
+//! let input = io::read("kitten.ply")?.mesh;
 //! let device = Device::open(&DeviceOptions::from_env())?;
 //! let result = remesh(&device, &input, &Options::new(10_000))?;
-//! io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
+//! io::write("kitten-10k.ply", &result.mesh)?;
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
 //!

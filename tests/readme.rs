@@ -49,10 +49,10 @@ fn kitchen() -> Place {
     let (scan, part) = (sample("bumpy-sphere").unwrap(), sample("box").unwrap());
     std::fs::create_dir(place.path("scans")).unwrap();
     for name in ["scan.ply", "scan.ply.gz", "scans/one.ply", "scans/two.ply"] {
-        write(&place.path(name), &scan).unwrap();
+        write(place.path(name), &scan).unwrap();
     }
-    write(&place.path("part.ply"), &part).unwrap();
-    write(&place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
+    write(place.path("part.ply"), &part).unwrap();
+    write(place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
     let bone = volume_of([16, 16, 16], |p| 600.0 - 50.0 * p.distance(DVec3::splat(7.4)));
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
@@ -122,6 +122,6 @@ fn every_recipe_works() {
         ("painted-10k.glb", 200),
         ("globe.glb", 200),
     ] {
-        assert!(read(&place.path(name)).unwrap().mesh.vertices.len() >= fewest, "{name}");
+        assert!(read(place.path(name)).unwrap().mesh.vertices.len() >= fewest, "{name}");
     }
 }

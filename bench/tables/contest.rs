@@ -172,7 +172,7 @@ fn judged(entry: &mut Entry, model: &Model, task: &Task) -> Row {
     if let Some(failed) = &entry.failed {
         return Row::refused(&model.title, &name, task.vertices, failed.clone());
     }
-    let measured = io::read(&entry.contestant.result(task)).and_then(|loaded| {
+    let measured = io::read(entry.contestant.result(task)).and_then(|loaded| {
         let measures = measure(&loaded.mesh, Some(&model.mesh))?;
         let features = task
             .features

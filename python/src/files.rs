@@ -6,7 +6,7 @@ use crate::mesh::{Arrays, NewArrays, arrays, mesh};
 use crate::work::{watched_work, work};
 use pyo3::prelude::*;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Patience, ReadOptions};
+use rtfmesh::io::{Encoding, Patience, Reader, Writer};
 use std::path::PathBuf;
 
 fn encoding(py: Python<'_>, format: Option<&str>) -> PyResult<Option<Encoding>> {
@@ -25,12 +25,9 @@ pub fn read<'py>(
     let declared = encoding(py, format)?;
     let loaded = watched_work(py, |token| {
         let patience = Patience { token: token.clone(), deadline: None };
-        let options =
-            ReadOptions { format: declared, with_materials: materials, patience, ..Default::default() };
-        let loaded = io::read_any_with(&path, &options)?.mesh_or_points();
-        loaded
-            .and_then(|loaded| if points { Ok(loaded) } else { loaded.with_faces() })
-            .map_err(|e| e.in_file(&path))
+        let input = Reader::new().format(declared).materials(materials).patience(patience).read_any(&path)?;
+        let loaded = if points { input.mesh_or_points() } else { input.mesh() };
+        loaded.map_err(|error| error.in_file(&path))
     })?;
     let mut notes = loaded.notes;
     if loaded.attributes.skin.is_some() {
@@ -52,7 +49,7 @@ pub fn write(
     let (mesh, attributes) = (mesh(&given)?, attributes::given(&attributes)?);
     work(py, || {
         let encoding = declared.map_or_else(|| io::target_encoding(&path), Ok)?;
-        io::write_with(&path, &mesh, &attributes, encoding)?;
+        Writer::new().attributes(&attributes).encoding(encoding).write(&path, &mesh)?;
         let rounded = io::lost_precision_note(&mesh, encoding.format);
         Ok(rounded.into_iter().chain(io::lost_attributes_note(&attributes, encoding.format)).collect())
     })

@@ -6,7 +6,7 @@ use super::terminal::tell;
 use crate::error::{escaped, shown};
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Input, Loaded, Prepared, ReadOptions};
+use rtfmesh::io::{Encoding, Input, Loaded, Prepared, Reader, Writer};
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Write};
@@ -41,13 +41,13 @@ impl InputFormat {
     /// As [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures and
     /// the like as well.
     pub fn load_any(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Input> {
-        let (format, files_from, patience) = (self.input_format, self.files_from.clone(), patience());
+        let (files_from, patience) = (self.files_from.clone(), patience());
+        let reader = Reader::new().format(self.input_format).materials(with_materials);
         if !is_standard(path) {
-            let options = ReadOptions { format, with_materials, files_from, patience };
-            return io::read_any_with(path, &options);
+            return reader.files_from(files_from).patience(patience).read_any(path);
         }
         let read = io::read_standard_input(&patience);
-        let read = read.and_then(|bytes| io::read_any_bytes(&bytes, format, with_materials));
+        let read = read.and_then(|bytes| reader.read_any_bytes(&bytes));
         read.map_err(|error| error.in_file(input_name(path)))
     }
 
@@ -157,13 +157,14 @@ impl<'a> Target<'a> {
         // Whatever may fail is done before the first file is in its place.
         let texts = texts.iter().map(|(path, text)| Prepared::of_text(path, text));
         let texts = texts.collect::<rtfmesh::Result<Vec<_>>>()?;
+        let writer = Writer::new().attributes(attributes).encoding(self.encoding);
         if is_standard(self.path) {
-            let bytes = io::encode_with(Path::new("standard output"), mesh, attributes, self.encoding)?;
+            let bytes = writer.encode("standard output", mesh)?;
             let mut out = std::io::stdout().lock();
             out.write_all(&bytes)?;
             out.flush()?;
         } else {
-            io::prepare(self.path, mesh, attributes, self.encoding)?.put()?;
+            writer.prepare(self.path, mesh)?.put()?;
         }
         texts.into_iter().try_for_each(Prepared::put)?;
         for note in notes.iter().filter(|_| !quiet) {

@@ -62,7 +62,7 @@ pub fn man(args: &ManArgs, program: clap::Command) -> Result<()> {
     })?;
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
         let (name, text) = page(command)?;
-        io::write_text(&folder.join(name), &text)?;
+        io::write_text(folder.join(name), &text)?;
     }
     Ok(())
 }

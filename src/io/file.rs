@@ -16,7 +16,7 @@ use crate::{Error, Result};
 /// # Errors
 ///
 /// [`Error::Output`]: see [`check_text_target`]; also a full disk.
-pub fn write_text(path: &Path, text: &str) -> Result<()> {
+pub fn write_text(path: impl AsRef<Path>, text: &str) -> Result<()> {
     write_bytes(path, text.as_bytes())
 }
 
@@ -25,8 +25,8 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
 /// # Errors
 ///
 /// See [`write_text`].
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
-    write_atomically(path, |file| file.write_all(bytes))
+pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
+    write_atomically(path.as_ref(), |file| file.write_all(bytes))
 }
 
 /// Checks in advance whether [`write_text`] can write to `path`, and leaves nothing behind.
@@ -35,7 +35,8 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
 ///
 /// [`Error::Output`]: the folder is missing or may not be written to; the target is a directory, a device or
 /// read-only, or `-`, which stands for standard output and takes meshes only.
-pub fn check_text_target(path: &Path) -> Result<()> {
+pub fn check_text_target(path: impl AsRef<Path>) -> Result<()> {
+    let path = path.as_ref();
     if path == Path::new("-") {
         return Err(output_error(path, "- is standard output, which takes meshes only", "name a file"));
     }

@@ -189,7 +189,8 @@ pub struct Encoding {
 
 impl Encoding {
     /// From the name of a file, such as `kitten.ply` or `kitten.ply.gz`; `None` if the extension is unknown.
-    pub fn of_name(path: &Path) -> Option<Self> {
+    pub fn of_name(path: impl AsRef<Path>) -> Option<Self> {
+        let path = path.as_ref();
         let uncompressed = without_gz(path);
         let format = Format::from_word(uncompressed.extension()?.to_str()?)?;
         Some(Self { format, gzip: uncompressed != path })

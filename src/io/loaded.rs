@@ -18,7 +18,7 @@ pub struct Loaded {
     /// What its user must know of a surface through points or in a volume, for the summary of a run.
     pub warnings: Vec<(WarningCode, String)>,
     /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
-    /// [`crate::io::read_with_materials`] reads them.
+    /// [`crate::io::Reader::materials`] has them read.
     pub unread_images: usize,
 }
 

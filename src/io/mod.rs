@@ -27,20 +27,19 @@ mod vtk;
 mod write;
 
 pub(crate) use file::Prepared;
-pub use file::{check_text_target, write_bytes, write_text};
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;
-pub use obj::feature_lines::{read_feature_lines, write_features};
-pub(crate) use open::read_file_bytes;
-pub use open::{Patience, read_standard_input};
-pub use read::{
-    Input, ReadOptions, read, read_any, read_any_bytes, read_any_with, read_as, read_bytes,
-    read_bytes_with_materials, read_with_materials,
-};
+pub(crate) use obj::feature_lines::read_feature_lines;
+pub use obj::feature_lines::write_features;
+pub use open::Patience;
+pub(crate) use open::{read_file_bytes, read_standard_input};
+pub use read::{Input, Reader, read};
 pub(crate) use rounding::KEEPING_64_BITS;
 pub use rounding::{lost_precision_note, rounded};
 pub use volumes::Volume;
-pub(crate) use write::prepare;
-pub use write::{
-    check_target, encode, encode_with, lost_attributes_note, target_encoding, write, write_as, write_with,
-};
+pub use write::{Writer, check_target, lost_attributes_note, target_encoding, write};
+
+#[cfg(not(feature = "internals"))]
+pub(crate) use file::{check_text_target, write_bytes, write_text};
+#[cfg(feature = "internals")]
+pub use file::{check_text_target, write_bytes, write_text};

@@ -12,51 +12,114 @@ use super::volumes::Volume;
 use super::{gltf, gzip, medit, obj, off, ply, points, stl, threemf, volumes, vtk};
 use crate::{Error, Result};
 
-/// Settings of reading a file.
+/// Reads a mesh file as [`Reader::read`] does by default.
+///
+/// # Errors
+///
+/// See there.
+pub fn read(path: impl AsRef<Path>) -> Result<Loaded> {
+    Reader::new().read(path)
+}
+
+/// Reads files, with settings.
+///
+/// ```no_run
+/// use rtfmesh::io::Reader;
+///
+/// let textured = Reader::new().materials(true).read("car.glb")?;
+/// # Ok::<(), rtfmesh::Error>(())
+/// ```
 #[derive(Debug, Clone, Default)]
-pub struct ReadOptions {
-    /// The format to use instead of the one that the extension indicates.
-    pub format: Option<Encoding>,
-    /// Whether to also read materials and their images, as [`read_with_materials`] does.
-    pub with_materials: bool,
-    /// Another folder, besides that of the file, from which files that it refers to may be read.
-    pub files_from: Option<PathBuf>,
-    /// How long to wait for a pipe.
-    pub patience: Patience,
+pub struct Reader {
+    format: Option<Encoding>,
+    materials: bool,
+    files_from: Option<PathBuf>,
+    patience: Patience,
 }
 
-/// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
-/// upper or lower case, with or without `.gz`).
-///
-/// # Errors
-///
-/// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
-/// missing, unreadable, a directory or a device, empty, truncated or of an unknown format; a face has fewer
-/// than three vertices, one vertex twice or one that does not exist; a coordinate is not a finite number;
-/// there is no vertex, no face, or more than `u32::MAX - 1` vertices; a file that it names, such as a buffer
-/// of a glTF file, cannot be read or lies outside its folder. [`Error::OutOfMemory`].
-pub fn read(path: &Path) -> Result<Loaded> {
-    read_as(path, None)
-}
+impl Reader {
+    /// A reader for meshes without their materials.
+    pub fn new() -> Self {
+        Self::default()
+    }
 
-/// As [`read()`], with the format `declared` instead of the one that the extension indicates.
-///
-/// # Errors
-///
-/// See [`read()`].
-pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_any(path, declared, false).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
-}
+    /// Sets the format to use instead of the one that the extension indicates. What the content says comes
+    /// first.
+    #[must_use]
+    pub fn format(self, format: impl Into<Option<Encoding>>) -> Self {
+        Self { format: format.into(), ..self }
+    }
 
-/// As [`read_as`], with the materials of a glTF file, or those of an OBJ file's libraries, and their images
-/// in `attributes.materials`. What cannot be read of them, such as an image that is missing or lies outside
-/// the file's folder, is noted.
-///
-/// # Errors
-///
-/// See [`read()`]; also images of more than 256 MiB together.
-pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_any(path, declared, true).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
+    /// Sets whether to also read the materials of a glTF or 3MF file, or those of an OBJ file's libraries,
+    /// and their images into `attributes.materials`. What cannot be read of them, such as an image that is
+    /// missing or lies outside the file's folder, is noted. Images of more than 256 MiB together are an
+    /// error.
+    #[must_use]
+    pub fn materials(self, materials: bool) -> Self {
+        Self { materials, ..self }
+    }
+
+    /// Sets another folder, besides that of the file, from which files that it refers to may be read.
+    #[must_use]
+    pub fn files_from(self, folder: impl Into<Option<PathBuf>>) -> Self {
+        Self { files_from: folder.into(), ..self }
+    }
+
+    /// Sets how long to wait for a pipe.
+    #[must_use]
+    pub fn patience(self, patience: Patience) -> Self {
+        Self { patience, ..self }
+    }
+
+    /// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
+    /// upper or lower case, with or without `.gz`).
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
+    /// missing, unreadable, a directory or a device, empty, truncated or of an unknown format; a face has
+    /// fewer than three vertices, one vertex twice or one that does not exist; a coordinate is not a finite
+    /// number; there is no vertex, no face, or more than `u32::MAX - 1` vertices; a file that it names, such
+    /// as a buffer of a glTF file, cannot be read or lies outside its folder. [`Error::OutOfMemory`];
+    /// [`Error::Cancelled`] by the token of [`Reader::patience`].
+    pub fn read(&self, path: impl AsRef<Path>) -> Result<Loaded> {
+        let path = path.as_ref();
+        self.read_any(path)?.mesh().map_err(|error| error.in_file(path))
+    }
+
+    /// As [`Reader::read`], for a mesh, points or a volume.
+    ///
+    /// # Errors
+    ///
+    /// See there; for volumes, also other than three axes with one number a node.
+    pub fn read_any(&self, path: impl AsRef<Path>) -> Result<Input> {
+        let path = path.as_ref();
+        let decoded = read_file_bytes(path, &self.patience).and_then(|bytes| {
+            let named = self.format.or_else(|| Encoding::of_name(path));
+            let folder = path.parent().unwrap_or(Path::new(""));
+            let references = References::new(folder, self.files_from.as_deref());
+            decode(&bytes, named, Some(path), &references, self.materials)
+        });
+        decoded.map_err(|error| error.in_file(path))
+    }
+
+    /// As [`Reader::read`], from the bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// See there, without a path; buffers in separate files of a glTF file are refused.
+    pub fn read_bytes(&self, bytes: &[u8]) -> Result<Loaded> {
+        self.read_any_bytes(bytes)?.mesh()
+    }
+
+    /// As [`Reader::read_any`], from the bytes of a file.
+    ///
+    /// # Errors
+    ///
+    /// See there and [`Reader::read_bytes`].
+    pub fn read_any_bytes(&self, bytes: &[u8]) -> Result<Input> {
+        decode(bytes, self.format, None, &References::default(), self.materials)
+    }
 }
 
 /// The contents of a file.
@@ -77,6 +140,14 @@ impl Input {
         }
     }
 
+    /// A mesh with faces.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for points or a volume.
+    pub fn mesh(self) -> Result<Loaded> {
+        self.mesh_or_points().and_then(Loaded::with_faces)
+    }
+
     /// A mesh, or points without faces.
     ///
     /// # Errors
@@ -90,62 +161,6 @@ impl Input {
             }
         }
     }
-}
-
-/// Reads a mesh, points or a volume, with or without materials.
-///
-/// # Errors
-///
-/// See there; for volumes, also other than three axes with one number a node.
-pub fn read_any(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
-    read_any_with(path, &ReadOptions { format: declared, with_materials, ..ReadOptions::default() })
-}
-
-/// As [`read_any`], with all options.
-///
-/// # Errors
-///
-/// See there; also [`Error::Cancelled`] by the token in `options`.
-pub fn read_any_with(path: &Path, options: &ReadOptions) -> Result<Input> {
-    let decoded = read_file_bytes(path, &options.patience).and_then(|bytes| {
-        let named = options.format.or_else(|| Encoding::of_name(path));
-        let folder = path.parent().unwrap_or(Path::new(""));
-        let references = References::new(folder, options.files_from.as_deref());
-        decode(&bytes, named, Some(path), &references, options.with_materials)
-    });
-    decoded.map_err(|error| error.in_file(path))
-}
-
-/// Reads a mesh from the bytes of a file, such as standard input; `declared` replaces the extension.
-///
-/// # Errors
-///
-/// See [`read()`], without a path; buffers in separate files of a glTF file are refused.
-pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, &References::default(), false).and_then(mesh)
-}
-
-/// As [`read_bytes`], with materials as in [`read_with_materials`].
-///
-/// # Errors
-///
-/// See [`read_bytes`] and [`read_with_materials`].
-pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, &References::default(), true).and_then(mesh)
-}
-
-/// As [`read_any`], from bytes.
-///
-/// # Errors
-///
-/// See [`read_any`] and [`read_bytes`].
-pub fn read_any_bytes(bytes: &[u8], declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
-    decode(bytes, declared, None, &References::default(), with_materials)
-}
-
-/// A mesh with faces.
-fn mesh(input: Input) -> Result<Loaded> {
-    input.mesh_or_points().and_then(Loaded::with_faces)
 }
 
 /// `file` is the path, if the bytes come from a file, whose other files `references` reads.

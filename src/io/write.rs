@@ -14,77 +14,98 @@ use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
 
-/// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and
-/// MEDIT as text, each f64 in the shortest form that reads back the same; PLY, VTP, VTU and VTK as binary
-/// with double coordinates; STL (binary, or text where groups of faces have names) and GLB with 32-bit
-/// numbers, those of GLB relative to the mesh's own position and size. An existing file is replaced only when
-/// the new one is complete.
+/// Writes `mesh` as [`Writer::write`] does by default, without attributes.
 ///
 /// # Errors
 ///
-/// [`crate::Error::Output`]: see [`check_target`]; also a full disk, or a mesh that the format cannot hold.
-pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
-    write_as(path, mesh, target_encoding(path)?)
+/// See there.
+pub fn write(path: impl AsRef<Path>, mesh: &TriMesh) -> Result<()> {
+    Writer::new().write(path, mesh)
 }
 
-/// As [`write()`], in this encoding, regardless of the extension.
+/// Writes meshes, with settings.
 ///
-/// # Errors
+/// ```no_run
+/// use rtfmesh::io::{Reader, Writer};
 ///
-/// See [`write()`].
-pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
-    write_with(path, mesh, &Attributes::default(), encoding)
+/// let textured = Reader::new().materials(true).read("car.gltf")?;
+/// Writer::new().attributes(&textured.attributes).write("car.glb", &textured.mesh)?;
+/// # Ok::<(), rtfmesh::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Writer<'a> {
+    attributes: Option<&'a Attributes>,
+    encoding: Option<Encoding>,
 }
 
-/// As [`write_as`], with the attributes that the format can hold; [`lost_attributes_note`] lists the others.
-///
-/// # Errors
-///
-/// See [`write()`]. Panics if the attributes belong to another mesh.
-pub fn write_with(path: &Path, mesh: &TriMesh, attributes: &Attributes, encoding: Encoding) -> Result<()> {
-    prepare(path, mesh, attributes, encoding)?.put()
-}
+impl<'a> Writer<'a> {
+    /// A writer for meshes without attributes.
+    pub fn new() -> Self {
+        Self::default()
+    }
 
-/// As [`write_with`], but for putting the file in its place.
-///
-/// # Errors
-///
-/// See [`write()`].
-pub(crate) fn prepare(
-    path: &Path,
-    mesh: &TriMesh,
-    attributes: &Attributes,
-    encoding: Encoding,
-) -> Result<Prepared> {
-    check_fits(path, (mesh, attributes), encoding.format)?;
-    let folder = Some(folder_of(path));
-    Prepared::new(path, |file| write_encoded(file, (mesh, attributes), encoding, folder))
-}
+    /// Sets the attributes to write, as far as the format can hold them; [`lost_attributes_note`] lists the
+    /// others. Writing panics if they belong to another mesh.
+    #[must_use]
+    pub fn attributes(self, attributes: impl Into<Option<&'a Attributes>>) -> Self {
+        Self { attributes: attributes.into(), ..self }
+    }
 
-/// The bytes of the file that [`write_as`] would write; errors show `name` as its path.
-///
-/// # Errors
-///
-/// [`crate::Error::Output`] for a mesh that the format cannot hold.
-pub fn encode(name: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<Vec<u8>> {
-    encode_with(name, mesh, &Attributes::default(), encoding)
-}
+    /// Sets the encoding, regardless of the extension.
+    #[must_use]
+    pub fn encoding(self, encoding: impl Into<Option<Encoding>>) -> Self {
+        Self { encoding: encoding.into(), ..self }
+    }
 
-/// The bytes of the file that [`write_with`] would write.
-///
-/// # Errors
-///
-/// See [`encode`].
-pub fn encode_with(
-    name: &Path,
-    mesh: &TriMesh,
-    attributes: &Attributes,
-    encoding: Encoding,
-) -> Result<Vec<u8>> {
-    check_fits(name, (mesh, attributes), encoding.format)?;
-    let mut bytes = Vec::new();
-    write_encoded(&mut bytes, (mesh, attributes), encoding, None).map_err(|error| unwritable(name, error))?;
-    Ok(bytes)
+    /// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and
+    /// MEDIT as text, each f64 in the shortest form that reads back the same; PLY, VTP, VTU and VTK as binary
+    /// with double coordinates; STL (binary, or text where groups of faces have names) and GLB with 32-bit
+    /// numbers, those of GLB relative to the mesh's own position and size. An existing file is replaced only
+    /// when the new one is complete.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Output`]: see [`check_target`]; also a full disk, or a mesh that the format cannot
+    /// hold.
+    pub fn write(&self, path: impl AsRef<Path>, mesh: &TriMesh) -> Result<()> {
+        self.prepare(path.as_ref(), mesh)?.put()
+    }
+
+    /// As [`Writer::write`], but for putting the file in its place.
+    pub(crate) fn prepare(&self, path: &Path, mesh: &TriMesh) -> Result<Prepared> {
+        self.with_encoding(path, mesh, |mesh, encoding| {
+            let folder = Some(folder_of(path));
+            Prepared::new(path, |file| write_encoded(file, mesh, encoding, folder))
+        })
+    }
+
+    /// The bytes of the file that [`Writer::write`] would write; errors show `name` as its path.
+    ///
+    /// # Errors
+    ///
+    /// [`crate::Error::Output`]: without an encoding, see [`target_encoding`]; a mesh that the format cannot
+    /// hold.
+    pub fn encode(&self, name: impl AsRef<Path>, mesh: &TriMesh) -> Result<Vec<u8>> {
+        let name = name.as_ref();
+        self.with_encoding(name, mesh, |mesh, encoding| {
+            let mut bytes = Vec::new();
+            let written = write_encoded(&mut bytes, mesh, encoding, None);
+            written.map_err(|error| unwritable(name, error)).map(|()| bytes)
+        })
+    }
+
+    fn with_encoding<T>(
+        &self,
+        name: &Path,
+        mesh: &TriMesh,
+        write: impl FnOnce((&TriMesh, &Attributes), Encoding) -> Result<T>,
+    ) -> Result<T> {
+        let encoding = self.encoding.map_or_else(|| target_encoding(name), Ok)?;
+        let none = Attributes::default();
+        let mesh = (mesh, self.attributes.unwrap_or(&none));
+        check_fits(name, mesh, encoding.format)?;
+        write(mesh, encoding)
+    }
 }
 
 /// The attributes that the format cannot hold, as a sentence; `None` if it holds all.
@@ -221,9 +242,10 @@ fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: 
 ///
 /// # Errors
 ///
-/// [`crate::Error::Output`]: what [`target_encoding`] or [`check_text_target`] finds.
-pub fn check_target(path: &Path) -> Result<()> {
-    target_encoding(path)?;
+/// [`crate::Error::Output`]: no format that can be written has this extension; the folder is missing or may
+/// not be written to; the target is a directory, a device or read-only, or `-`.
+pub fn check_target(path: impl AsRef<Path>) -> Result<()> {
+    target_encoding(&path)?;
     check_text_target(path)
 }
 
@@ -232,7 +254,8 @@ pub fn check_target(path: &Path) -> Result<()> {
 /// # Errors
 ///
 /// [`crate::Error::Output`]: no format that can be written has this extension.
-pub fn target_encoding(path: &Path) -> Result<Encoding> {
+pub fn target_encoding(path: impl AsRef<Path>) -> Result<Encoding> {
+    let path = path.as_ref();
     let remedy = format!("name the result {}", written_extensions());
     match Encoding::of_name(path) {
         Some(Encoding { format: Format::Gltf, .. }) => {

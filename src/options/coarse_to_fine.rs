@@ -87,11 +87,13 @@ impl FeatureLines {
         Self { file: None, lines }
     }
 
-    /// The lines of an OBJ file.
+    /// The lines of an OBJ file: its `v` and `l` elements, whatever its extension.
     ///
     /// # Errors
-    /// As [`crate::io::read_feature_lines`].
-    pub fn read(file: &Path) -> Result<Self> {
+    /// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is
+    /// invalid, an element has fewer than two points, or there is none.
+    pub fn read(file: impl AsRef<Path>) -> Result<Self> {
+        let file = file.as_ref();
         Ok(Self { lines: read_feature_lines(file)?, file: Some(file.to_owned()) })
     }
 }

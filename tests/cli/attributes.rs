@@ -3,7 +3,7 @@
 use crate::support::place::Place;
 use predicates::prelude::*;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{read, write_with};
+use rtfmesh::io::{Writer, read};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use rtfmesh::mesh::samples::sample;
 
@@ -34,7 +34,7 @@ fn place() -> (Place, TriMesh) {
         uv: Some(CornerUv { kind: Kind::F32, values: uv.collect() }),
         ..Default::default()
     };
-    write_with(&place.path("in.ply"), &mesh, &attributes, "ply".parse().unwrap()).unwrap();
+    Writer::new().attributes(&attributes).write(place.path("in.ply"), &mesh).unwrap();
     (place, mesh)
 }
 
@@ -53,7 +53,7 @@ fn attributes_are_carried_over_and_what_is_dropped_is_noted() {
             notes.contains(words) && notes.contains("cannot hold") != words.is_empty(),
             "{name}: {notes}"
         );
-        let loaded = read(&place.path(name)).unwrap();
+        let loaded = read(place.path(name)).unwrap();
         let found = loaded.attributes;
         assert_eq!(found.vertex_role(Role::Colour).is_some(), name != "out.mesh", "{name}");
         if let Some(colour) = found.vertex_role(Role::Colour) {
@@ -73,7 +73,7 @@ fn attributes_are_carried_over_and_what_is_dropped_is_noted() {
         }
     }
     let (_, notes) = place.run("remesh in.ply out.ply -n 300 --iterations 2 --no-attributes");
-    assert!(read(&place.path("out.ply")).unwrap().attributes.is_empty(), "{notes}");
+    assert!(read(place.path("out.ply")).unwrap().attributes.is_empty(), "{notes}");
     // STL has nothing to hold them in, and nothing is looked for.
     let (_, notes) = place.run("remesh in.ply out.stl -n 300 --iterations 2");
     assert!(!notes.contains("source"), "{notes}");
@@ -89,7 +89,7 @@ fn seams_and_borders_are_kept_if_asked() {
         serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
     assert_eq!((&report["features"]["curves"], &report["features"]["corners"]), (&12.into(), &8.into()));
     assert_eq!(report["options"]["coarse_to_fine"]["label_borders"], 24);
-    let found = read(&place.path("out.ply")).unwrap();
+    let found = read(place.path("out.ply")).unwrap();
     let (low, high) = found.mesh.bounds().unwrap();
     let (low_before, high_before) = mesh.bounds().unwrap();
     assert!(low.distance(low_before).max(high.distance(high_before)) < 1e-12);
@@ -139,7 +139,7 @@ fn borders_of_named_values_alone_are_kept() {
 fn batches_carry_over_and_inspect_lists() {
     let (place, _) = place();
     place.run("batch in.ply --out done -n 300 --iterations 2 --format obj --keep-labels -q");
-    let found = read(&place.path("done/in.obj")).unwrap().attributes;
+    let found = read(place.path("done/in.obj")).unwrap().attributes;
     assert!(found.vertex_role(Role::Colour).is_some() && found.uv.is_some());
     let log = std::fs::read_to_string(place.path("done/batch.jsonl")).unwrap();
     assert!(log.contains("OBJ cannot hold these: part of each face"), "{log}");
@@ -179,7 +179,7 @@ fn solids_that_touch_keep_their_labels_and_a_warning_says_that_they_share_a_wall
     std::fs::write(place.path("two.stl"), text).unwrap();
     let (_, told) = place.run("remesh two.stl out.stl -n 200 --quality draft --keep-labels");
     assert!(told.contains("bodies of the input touch: 2 faces were merged"), "{told}");
-    let out = read(&place.path("out.stl")).unwrap();
+    let out = read(place.path("out.stl")).unwrap();
     let label = out.attributes.face_named("group").unwrap();
     assert_eq!(label.names, ["left", "right"]);
     // Labels end where the solids do.

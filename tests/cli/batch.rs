@@ -16,7 +16,7 @@ fn with_meshes() -> Place {
     let place = Place::new();
     std::fs::create_dir(place.path("in")).unwrap();
     for (model, file) in [("sphere", "sphere.obj"), ("torus", "torus.ply.gz"), ("box", "box.stl")] {
-        write(&place.path("in").join(file), &sample(model).unwrap()).unwrap();
+        write(place.path("in").join(file), &sample(model).unwrap()).unwrap();
     }
     std::fs::write(place.path("in/broken.off"), "OFF\n4 4 0\n0 0 0\n").unwrap();
     std::fs::write(place.path("in/notes.txt"), "no mesh, and no part of the batch\n").unwrap();
@@ -90,7 +90,7 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
         // One that cannot be read has none.
         assert_eq!(entry["options"].is_null(), failed, "{entry}");
         if !failed {
-            let mesh = read(&place.path(entry["output"].as_str().unwrap())).unwrap().mesh;
+            let mesh = read(place.path(entry["output"].as_str().unwrap())).unwrap().mesh;
             assert!(topology(&mesh).is_closed_manifold() && mesh.vertices.len() == 120, "{entry}");
             assert_eq!((&entry["vertices"], &entry["warnings"]), (&120.into(), &serde_json::json!([])));
             let options = &entry["options"];
@@ -128,7 +128,7 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
     assert_eq!(endings(&again), second);
 
     // Mended, and one result lost: both are made.
-    write(&place.path("in/broken.off"), &sample("tetrahedron").unwrap()).unwrap();
+    write(place.path("in/broken.off"), &sample("tetrahedron").unwrap()).unwrap();
     std::fs::remove_file(place.path("made/out/box.ply")).unwrap();
     let errors = ends(&place, &format!("{batch} --resume"), 0);
     assert!(errors.contains("\n2 done, 0 failed, 2 skipped in "), "{errors}");
@@ -169,7 +169,7 @@ fn a_table_has_a_row_for_each_mesh_however_often_it_was_tried() {
     let notes: Vec<&str> = log[0]["notes"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
     assert_eq!(first[0]["notes"], notes.join("; "));
     // What is skipped keeps its figures, and what is mended has new ones.
-    write(&place.path("in/broken.off"), &sample("box").unwrap()).unwrap();
+    write(place.path("in/broken.off"), &sample("box").unwrap()).unwrap();
     ends(&place, &format!("{batch} --resume"), 0);
     let second = rows(&place, "out/table.csv");
     assert_eq!(second.len(), 4);
@@ -246,7 +246,7 @@ fn results_are_those_of_remesh() {
 fn shards_together_are_the_whole() {
     let place = Place::new();
     for (model, file) in [("sphere", "c.ply"), ("box", "a.ply"), ("torus", "b.ply")] {
-        write(&place.path(file), &sample(model).unwrap()).unwrap();
+        write(place.path(file), &sample(model).unwrap()).unwrap();
     }
     let batch = format!("batch c.ply a.ply b.ply {QUICK} -q");
     ends(&place, &format!("{batch} --out whole"), 0);
@@ -273,7 +273,7 @@ fn folders_keep_their_structure() {
         [("in", "a.ply"), ("in/one", "a.ply"), ("in/one/two", "b.obj"), ("in/out", "old.ply")]
     {
         std::fs::create_dir_all(place.path(folder)).unwrap();
-        write(&place.path(folder).join(file), &sample("box").unwrap()).unwrap();
+        write(place.path(folder).join(file), &sample("box").unwrap()).unwrap();
     }
     // What an earlier batch wrote is not read.
     ends(&place, &format!("batch in --out in/out {QUICK} -q"), 0);
@@ -292,7 +292,7 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
         std::fs::create_dir(place.path(folder)).unwrap();
     }
     for file in ["in/a.ply", "in/b.ply", "other/a.obj", "other/c.obj.gz"] {
-        write(&place.path(file), &sample("box").unwrap()).unwrap();
+        write(place.path(file), &sample("box").unwrap()).unwrap();
     }
     std::fs::write(place.path("lines.obj"), "v 0 0 0\nv 1 0 0\nl 1 2\n").unwrap();
     for (arguments, code, words) in [

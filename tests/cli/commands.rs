@@ -22,7 +22,7 @@ fn sample_lists_and_writes_every_model() {
     for (name, what) in names() {
         assert!(list.lines().any(|l| l.starts_with(name) && l.ends_with(what)), "{name} is missing: {list}");
         assert_eq!(place.run(&format!("sample {name} {name}.obj")), (String::new(), String::new()));
-        let written = topology(&read(&place.path(&format!("{name}.obj"))).unwrap().mesh);
+        let written = topology(&read(place.path(&format!("{name}.obj"))).unwrap().mesh);
         assert_eq!(written, topology(&sample(name).unwrap()), "{name}");
     }
 }
@@ -200,12 +200,12 @@ fn size_and_place_do_not_matter() {
         let place = Place::new();
         let mut mesh = sample("sphere").unwrap();
         mesh.vertices.iter_mut().for_each(|v| *v = *v * scale + glam::DVec3::splat(shift));
-        write(&place.path("in.obj"), &mesh).unwrap();
+        write(place.path("in.obj"), &mesh).unwrap();
         let (out, said) =
             place.run("remesh in.obj out.obj -n 150 --iterations 4 --preset rtf --centroid area -q");
         assert_eq!((out.as_str(), said.lines().count()), ("", 1), "{said}");
         assert!(said.contains("% smaller than the input's"), "{said}");
-        let got = read(&place.path("out.obj")).unwrap().mesh;
+        let got = read(place.path("out.obj")).unwrap().mesh;
         let size = |mesh: &rtfmesh::TriMesh| mesh.bounds().map(|(low, high)| (high - low) / scale).unwrap();
         assert!(size(&got).distance(size(&mesh)) < 0.2, "{scale} {shift}: {} of {}", size(&got), size(&mesh));
     }
@@ -214,7 +214,7 @@ fn size_and_place_do_not_matter() {
 #[test]
 fn warnings_remain_when_quiet_and_notes_do_not() {
     let place = Place::new();
-    write(&place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
+    write(place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
     let (output, errors) = place.run("remesh open.ply out.ply -n 60 --iterations 2 --preset rtf -q");
     assert_eq!(output, "");
     assert!(
@@ -251,7 +251,7 @@ fn the_cache_of_compiled_kernels_is_kept() {
 #[test]
 fn measure_speaks_to_people_and_programs() {
     let place = Place::with("torus");
-    write(&place.path("even.obj"), &sample("sphere").unwrap()).unwrap();
+    write(place.path("even.obj"), &sample("sphere").unwrap()).unwrap();
     let (text, errors) = place.run("measure in.ply");
     assert_eq!(errors, "");
     assert!(text.contains("1728, 3456") && !text.contains("Hausdorff"), "{text}");
@@ -273,7 +273,7 @@ fn features_are_measured_both_ways() {
     let mut bevelled = sample("box").unwrap();
     let corner = bevelled.vertices.iter().copied().reduce(glam::DVec3::max).unwrap();
     bevelled.vertices.iter_mut().filter(|p| **p == corner).for_each(|p| *p -= 0.1);
-    write(&place.path("other.obj"), &bevelled).unwrap();
+    write(place.path("other.obj"), &bevelled).unwrap();
     let (text, errors) = place.run("measure other.obj --against in.ply --features");
     assert!(errors.is_empty() && text.contains("features: maximum distance to, from"), "{text}{errors}");
     let found = |arguments: &str| -> Value {

@@ -35,7 +35,7 @@ fn refused_file(name: &str, content: &[u8], words: &[&str]) {
     refused(&place, &format!("remesh {name} out.ply -n 100 --report r.json"), 3, &words);
     refused(&place, &format!("measure {name}"), 3, &words);
     // Nothing else is measured against it either.
-    write(&place.path("good.ply"), &sample("box").unwrap()).unwrap();
+    write(place.path("good.ply"), &sample("box").unwrap()).unwrap();
     refused(&place, &format!("measure good.ply --against {name}"), 3, &words);
 }
 

@@ -1,9 +1,10 @@
 //! The program with files of every format, standard input and output, and every way to ask for a size.
 
 use crate::support::files::assert_same;
+use crate::support::files::read_bytes;
 use crate::support::place::Place;
 use predicates::prelude::*;
-use rtfmesh::io::{read, read_bytes, write};
+use rtfmesh::io::{read, write};
 use rtfmesh::mesh::repair::{RepairOptions, repair_with};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -58,7 +59,7 @@ fn models_are_written_in_every_format_and_lying_names_are_noted() {
     let place = Place::new();
     for name in ["a.stl", "a.off", "a.glb", "a.mesh", "a.vtp", "a.vtu", "a.vtk", "a.ply.gz", "a.stl.gz"] {
         place.run(&format!("sample torus {name}"));
-        assert_same(&read(&place.path(name)).unwrap().mesh, &sample("torus").unwrap(), 1e-6, name);
+        assert_same(&read(place.path(name)).unwrap().mesh, &sample("torus").unwrap(), 1e-6, name);
         assert_eq!(place.run(&format!("measure {name}")).1, "", "{name}");
     }
     place.run("sample torus lie.obj --format off");
@@ -75,7 +76,7 @@ fn models_are_written_in_every_format_and_lying_names_are_noted() {
 
 /// Mean length of the edges of all triangles.
 fn mean_edge(name: &str, place: &Place) -> f64 {
-    let mesh = read(&place.path(name)).unwrap().mesh;
+    let mesh = read(place.path(name)).unwrap().mesh;
     let edges = (0..mesh.triangles.len()).flat_map(|t| {
         let [a, b, c] = mesh.corners(t);
         [a.distance(b), b.distance(c), c.distance(a)]
@@ -115,11 +116,11 @@ fn ratios_and_no_size_at_all_count_the_inputs_vertices() {
     let count = mesh.vertices.len();
     // What repair takes out does not count.
     mesh.vertices.push(glam::DVec3::splat(9.0));
-    write(&place.path("in.ply"), &mesh).unwrap();
+    write(place.path("in.ply"), &mesh).unwrap();
     let quiet = place.run("remesh in.ply half.ply --ratio 0.5 --iterations 2 --quality draft -q");
     assert_eq!(quiet.0, "");
     let half = (0.5 * count as f64).round() as usize;
-    assert_eq!(read(&place.path("half.ply")).unwrap().mesh.vertices.len(), half);
+    assert_eq!(read(place.path("half.ply")).unwrap().mesh.vertices.len(), half);
     // Repaired for the count, but no other mesh for that.
     place.run(&format!("remesh in.ply counted.ply -n {half} --iterations 2 --quality draft -q"));
     place.run("batch in.ply --out many --ratio 0.5 --iterations 2 --quality draft -q");
@@ -143,7 +144,7 @@ fn ratios_and_no_size_at_all_count_the_inputs_vertices() {
         )),
         "{notes}"
     );
-    assert_eq!(read(&place.path("same.ply")).unwrap().mesh.vertices.len(), count);
+    assert_eq!(read(place.path("same.ply")).unwrap().mesh.vertices.len(), count);
 }
 
 #[test]

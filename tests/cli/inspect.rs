@@ -52,7 +52,7 @@ fn the_curves_are_written_and_read_back_as_features() {
     assert_eq!((&again["curves"][0]["kind"], &again["curves"][0]["curves"]), (&"user".into(), &12.into()));
     assert_eq!(place.files(), ["in.ply", "s.obj"]);
     // A loop is closed in the file.
-    write(&place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
+    write(place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
     place.run("inspect open.ply --curves s.obj");
     let text = std::fs::read_to_string(place.path("s.obj")).unwrap();
     let rim: Vec<&str> = text.lines().find(|l| l.starts_with("l ")).unwrap().split(' ').collect();

@@ -1,7 +1,7 @@
 //! Edge lengths that vary over the surface, on the command line.
 
 use crate::support::place::Place;
-use rtfmesh::io::{read, write_with};
+use rtfmesh::io::{Writer, read};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::samples::sample;
 
@@ -18,7 +18,7 @@ fn place() -> Place {
         ],
         ..Default::default()
     };
-    write_with(&place.path("in.ply"), &mesh, &attributes, "ply".parse().unwrap()).unwrap();
+    Writer::new().attributes(&attributes).write(place.path("in.ply"), &mesh).unwrap();
     place
 }
 
@@ -28,7 +28,7 @@ fn a_number_of_the_vertices_says_how_long_edges_are() {
     place.run(
         "remesh in.ply out.ply -n 1200 --sizing property:wish --growth 1 --quality draft --report out.json",
     );
-    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!(mesh.vertices.len(), 1200);
     let long_side = mesh.vertices.iter().filter(|p| p.x > 0.0).count();
     assert!((100..350).contains(&long_side), "{long_side} of 1200 where edges are three times as long");
@@ -69,7 +69,7 @@ fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
     place.run("sample torus torus.ply");
     let (_, text) = place.run("remesh torus.ply out.ply --max-deviation 1% --report out.json -v");
     assert!(text.contains("requested maximum deviation") && text.contains("1.0000 %: reached"), "{text}");
-    let count = read(&place.path("out.ply")).unwrap().mesh.vertices.len();
+    let count = read(place.path("out.ply")).unwrap().mesh.vertices.len();
     assert!((100..800).contains(&count), "{count}");
     let report = std::fs::read_to_string(place.path("out.json")).unwrap();
     let report: serde_json::Value = serde_json::from_str(&report).unwrap();
@@ -78,9 +78,9 @@ fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
     assert_eq!(report["deviation"]["reached"], report["output"]["distances"]["hausdorff"]);
     // In the input's units, and with a number of vertices.
     place.run("remesh torus.ply other.ply --max-deviation 0.5 -n 300");
-    assert_eq!(read(&place.path("other.ply")).unwrap().mesh.vertices.len(), 300);
+    assert_eq!(read(place.path("other.ply")).unwrap().mesh.vertices.len(), 300);
     place.run("batch torus.ply --out many --max-deviation 1%");
-    assert_eq!(read(&place.path("many/torus.ply")).unwrap().mesh.vertices.len(), count);
+    assert_eq!(read(place.path("many/torus.ply")).unwrap().mesh.vertices.len(), count);
 }
 
 #[test]

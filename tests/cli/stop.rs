@@ -20,7 +20,7 @@ fn a_time_limit_ends_a_long_run_with_a_valid_mesh() {
     assert!(told.contains("warning: the time limit of 1 s ended the run early"), "{told}");
     let report = std::fs::read_to_string(place.path("out.json")).unwrap();
     assert!(report.contains("the time limit of 1 s") && report.contains("\"finished_early\": true"));
-    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!(mesh.vertices.len(), 3000);
     assert!(topology(&mesh).is_closed_manifold());
 }
@@ -169,7 +169,7 @@ mod signals {
         assert_eq!(code, Some(130), "{shown}");
         assert!(shown.contains("warning: the run was ended early"), "{shown}");
         assert_eq!(place.files(), ["in.ply", "out.ply"]);
-        let mesh = read(&place.path("out.ply")).unwrap().mesh;
+        let mesh = read(place.path("out.ply")).unwrap().mesh;
         assert_eq!(mesh.vertices.len(), 3000);
         assert!(topology(&mesh).is_closed_manifold());
     }
@@ -230,6 +230,6 @@ mod signals {
         assert_eq!(std::fs::read_dir(place.path("out/long")).unwrap().count(), 0, "nothing half-written");
         place.run(&format!("batch also.ply more {options} --iterations 5 -q"));
         assert_eq!(endings(), ["done", "skipped", "done"]);
-        assert_eq!(read(&place.path("out/long/in.ply")).unwrap().mesh.vertices.len(), 200);
+        assert_eq!(read(place.path("out/long/in.ply")).unwrap().mesh.vertices.len(), 200);
     }
 }

@@ -70,7 +70,7 @@ fn meshes_without_faces_and_points_at_one_place_are_refused() {
 #[test]
 fn the_program_measures_against_points() {
     let place = Place::new();
-    rtfmesh::io::write(&place.path("square.ply"), &square()).unwrap();
+    rtfmesh::io::write(place.path("square.ply"), &square()).unwrap();
     let line = |p: &DVec3| format!("{} {} {}\n", p.x, p.y, p.z);
     let text: String = grid(20, 20, 0.1).iter().map(line).collect();
     std::fs::write(place.path("points.xyz"), text).unwrap();

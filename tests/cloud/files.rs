@@ -1,9 +1,10 @@
 //! Files of points, and the program on them.
 
+use crate::support::files::read_any_bytes;
 use glam::DVec3;
 use predicates::prelude::*;
 use rtfmesh::cloud::PointCloud;
-use rtfmesh::io::{Encoding, Format, Loaded, read, read_any, read_any_bytes};
+use rtfmesh::io::{Encoding, Format, Loaded, Reader, read};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 
@@ -133,17 +134,17 @@ fn the_program_remeshes_points_and_writes_their_normals() {
     let line = |p: &DVec3| format!("{} {} {}\n", p.x, p.y, p.z);
     std::fs::write(place.path("torus.xyz"), cloud.points.iter().map(line).collect::<String>()).unwrap();
     place.run("remesh torus.xyz out.ply -n 500 --iterations 3");
-    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
     let t = topology(&mesh);
     assert!(t.vertices == 500 && t.is_closed_manifold() && t.genus == Some(1), "{t:?}");
     // Ratios are of the points, and the report says what became of them.
     place.run("remesh torus.xyz out.ply --ratio 0.05 --iterations 3 --report report.json");
-    assert_eq!(read(&place.path("out.ply")).unwrap().mesh.vertices.len(), 250);
+    assert_eq!(read(place.path("out.ply")).unwrap().mesh.vertices.len(), 250);
     let report = std::fs::read_to_string(place.path("report.json")).unwrap();
     assert!(report.contains("a point cloud (5000 points"), "{report}");
     place.run("remesh torus.xyz normals.ply --normals-only");
     let points = PointCloud::from(
-        read_any(&place.path("normals.ply"), None, false).unwrap().mesh_or_points().unwrap(),
+        Reader::new().read_any(place.path("normals.ply")).unwrap().mesh_or_points().unwrap(),
     );
     assert_eq!(points.points, cloud.points);
     let right = points.normals.iter().zip(&cloud.normals).filter(|(n, m)| n.dot(**m) > 0.5).count();

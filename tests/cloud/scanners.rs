@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 use std::io::Cursor;
 
+use crate::support::files::read_any_bytes;
 use e57::{E57Writer, Quaternion, Record, RecordValue, Transform, Translation};
 use glam::DVec3;
 use las::point::{Classification, Format};
@@ -10,7 +11,7 @@ use las::{Builder, Color, Vector, Writer};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rtfmesh::Error;
-use rtfmesh::io::{Loaded, read_any_bytes};
+use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Kind, Role};
 
 use crate::io::hostile::refused;

@@ -118,7 +118,7 @@ fn a_batch_remeshes_points_as_it_does_meshes() {
     std::fs::write(place.path("scans/notes.txt"), "not points").unwrap();
     place.run("sample box scans/box.ply");
     place.run("batch scans --out out --ratio 0.1 --iterations 3 --quiet");
-    assert_eq!(read(&place.path("out/points.ply")).unwrap().mesh.vertices.len(), 300);
+    assert_eq!(read(place.path("out/points.ply")).unwrap().mesh.vertices.len(), 300);
     assert!(place.path("out/box.ply").exists() && !place.path("out/notes.ply").exists());
     let log = std::fs::read_to_string(place.path("out/batch.jsonl")).unwrap();
     assert!(log.contains("a point cloud (3000 points"), "{log}");

@@ -1,6 +1,6 @@
 //! Any bytes read as a file, a part of them many times, in memory that the length of the file justifies.
 
-use rtfmesh::io::{Encoding, Format, Input, read_any_bytes};
+use rtfmesh::io::{Encoding, Format, Input, Reader};
 
 /// Longest files that are made.
 const LONGEST: usize = 1 << 20;
@@ -33,7 +33,7 @@ pub fn check(data: &[u8], peak: &dyn Fn(&mut dyn FnMut()) -> usize) {
     for materials in [false, true] {
         let mut vertices = 0;
         let taken = peak(&mut || {
-            let read = read_any_bytes(&file, declared, materials);
+            let read = Reader::new().format(declared).materials(materials).read_any_bytes(&file);
             vertices = match &read {
                 Ok(Input::Mesh(loaded)) => loaded.mesh.vertices.len(),
                 Ok(Input::Volume(volume)) => volume.values.len(),

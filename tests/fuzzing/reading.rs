@@ -1,12 +1,7 @@
 //! Any bytes read as a mesh file.
 
-use std::path::Path;
-
 use rtfmesh::Error;
-use rtfmesh::io::{
-    Encoding, Format, Input, Loaded, encode, encode_with, lost_precision_note, read_any_bytes, read_bytes,
-    read_bytes_with_materials,
-};
+use rtfmesh::io::{Encoding, Format, Input, Loaded, Reader, Writer, lost_precision_note};
 
 /// The format for the first byte of the data: each one in turn, then none, as for standard input.
 fn declared(kind: u8) -> Option<Format> {
@@ -20,7 +15,7 @@ pub fn check(data: &[u8]) {
     let Some((kind, file)) = data.split_first() else { return };
     let declared = declared(*kind).map(|format| Encoding { format, gzip: false });
     check_volume(file, declared);
-    match read_bytes(file, declared) {
+    match Reader::new().format(declared).read_bytes(file) {
         Ok(loaded) => {
             check_loaded(&loaded);
             check_materials(file, &loaded);
@@ -38,7 +33,8 @@ pub fn check(data: &[u8]) {
 
 /// What is read as a volume must be whole.
 fn check_volume(file: &[u8], declared: Option<Encoding>) {
-    let Ok(Input::Volume(volume)) = read_any_bytes(file, declared, false) else { return };
+    let read = Reader::new().format(declared).read_any_bytes(file);
+    let Ok(Input::Volume(volume)) = read else { return };
     assert_eq!(volume.values.len(), volume.size.iter().product::<usize>());
     assert!(volume.size.iter().all(|nodes| *nodes >= 2) && volume.frame.is_finite());
 }
@@ -77,12 +73,14 @@ fn check_loaded(loaded: &Loaded) {
 
 /// Materials change nothing else, and are the same after writing and reading a GLB file.
 fn check_materials(file: &[u8], plain: &Loaded) {
-    let Ok(loaded) = read_bytes_with_materials(file, None) else { return };
+    let Ok(loaded) = Reader::new().materials(true).read_bytes(file) else { return };
     let Some(materials) = &loaded.attributes.materials else { return };
     assert_eq!(loaded.mesh, plain.mesh);
     let glb = Encoding { format: Format::Glb, gzip: false };
-    let Ok(bytes) = encode_with(Path::new("again"), &loaded.mesh, &loaded.attributes, glb) else { return };
-    let again = read_bytes_with_materials(&bytes, Some(glb)).expect("what was written can be read");
+    let writer = Writer::new().attributes(&loaded.attributes).encoding(glb);
+    let Ok(bytes) = writer.encode("again", &loaded.mesh) else { return };
+    let again = Reader::new().format(glb).materials(true).read_bytes(&bytes);
+    let again = again.expect("what was written can be read");
     assert!(again.attributes.materials.is_none_or(|again| again.images().len() == materials.images().len()));
     // What is written is valid glTF.
     assert!(!again.notes.iter().any(|note| note.contains("left out")), "{:?}", again.notes);
@@ -90,6 +88,7 @@ fn check_materials(file: &[u8], plain: &Loaded) {
 
 fn again(loaded: &Loaded, format: Format) -> Loaded {
     let encoding = Encoding { format, gzip: false };
-    let bytes = encode(Path::new("again"), &loaded.mesh, encoding).expect("what was read can be written");
-    read_bytes(&bytes, Some(encoding)).expect("what was written can be read")
+    let bytes = Writer::new().encoding(encoding).encode("again", &loaded.mesh);
+    let bytes = bytes.expect("what was read can be written");
+    Reader::new().format(encoding).read_bytes(&bytes).expect("what was written can be read")
 }

@@ -1,9 +1,10 @@
 //! Colors, normals, texture coordinates, labels and other attributes in files of every format.
 
+use crate::support::files::{encode_with, read_bytes};
 use crate::support::shapes::{mesh, plane};
 use crate::support::store_glb;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Format, Loaded, encode_with, lost_attributes_note, read_bytes};
+use rtfmesh::io::{Format, Loaded, lost_attributes_note};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use std::path::Path;
 

@@ -3,8 +3,9 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crate::support::files::{encode, read_bytes};
 use glam::DVec3;
-use rtfmesh::io::{Loaded, encode, read, read_bytes};
+use rtfmesh::io::{Loaded, read};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
 use serde_json::{Value, json};

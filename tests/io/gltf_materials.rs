@@ -1,8 +1,9 @@
 //! Materials, textures and images from glTF to GLB.
 
+use crate::support::files::{encode_with, read_bytes, read_bytes_with_materials};
 use glam::DVec3;
 use rtfmesh::Error;
-use rtfmesh::io::{Loaded, encode_with, read_bytes, read_bytes_with_materials, read_with_materials};
+use rtfmesh::io::{Loaded, Reader};
 use rtfmesh::mesh::attributes::Materials;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
@@ -210,7 +211,7 @@ fn textures_need_texture_coordinates() {
 fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let path = folder.join("in.gltf");
     std::fs::write(&path, sphere(one, textured(image)).to_string()).unwrap();
-    let loaded = read_with_materials(&path, None).unwrap();
+    let loaded = Reader::new().materials(true).read(&path).unwrap();
     let told = |note: &&String| !note.starts_with("files that it refers to were read");
     let notes: Vec<&String> = loaded.notes.iter().filter(told).collect();
     let [first, second] = notes.as_slice() else { panic!("{:?}", loaded.notes) };
@@ -249,7 +250,7 @@ fn images_that_cannot_be_read_are_noted() {
     let path = inside.join("in.gltf");
     std::fs::File::create(inside.join("large.png")).unwrap().set_len((256 << 20) + 1).unwrap();
     std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
-    match read_with_materials(&path, None) {
+    match Reader::new().materials(true).read(&path) {
         Err(Error::Input { place: Some(place), problem, remedy, .. }) => {
             assert_eq!((place.as_str(), problem.as_str()), ("image 0", "the images have more than 256 MiB"));
             assert!(remedy.contains("without materials"));

@@ -1,12 +1,13 @@
 //! Skins with their skeletons and animations, from glTF to GLB.
 
 use crate::support::files::base64;
+use crate::support::files::{encode_with, read_bytes};
 use crate::support::painted::{GLB, add, split};
 use crate::support::place::Place;
 use crate::support::store_glb;
 use glam::{DMat4, DQuat, DVec3};
 use gltf::animation::util::ReadOutputs;
-use rtfmesh::io::{Loaded, encode_with, lost_attributes_note, read_bytes};
+use rtfmesh::io::{Loaded, lost_attributes_note};
 use rtfmesh::mesh::distance::distances;
 use rtfmesh::{ProgressToken, TriMesh};
 use serde_json::{Value, json};

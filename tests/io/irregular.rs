@@ -5,7 +5,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use predicates::prelude::*;
-use rtfmesh::io::{Patience, ReadOptions, read, read_any_with};
+use rtfmesh::io::{Patience, Reader, read};
 use rtfmesh::{Error, ProgressToken};
 use rustix::fs::{CWD, Mode, mkfifoat};
 
@@ -27,7 +27,7 @@ fn a_pipe_given_by_name_is_read_to_its_end() {
             let (path, content) = (place.path("pipe.ply"), content.clone());
             std::thread::spawn(move || std::fs::write(path, content).unwrap())
         };
-        assert_eq!(read(&place.path(name)).unwrap(), read(&place.path("in.ply")).unwrap());
+        assert_eq!(read(place.path(name)).unwrap(), read(place.path("in.ply")).unwrap());
         writer.join().unwrap();
     }
 }
@@ -39,15 +39,15 @@ fn waiting_for_a_pipe_ends_with_the_token_or_the_deadline() {
     pipe(&path);
     let token = ProgressToken::default();
     let patience = Patience { token: token.clone(), deadline: None };
-    let options = ReadOptions { patience, ..ReadOptions::default() };
+    let options = Reader::new().patience(patience);
     let canceller = std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(200));
         token.cancel();
     });
-    assert_eq!(read_any_with(&path, &options).unwrap_err(), Error::Cancelled);
+    assert_eq!(options.read_any(&path).unwrap_err(), Error::Cancelled);
     canceller.join().unwrap();
     let patience = Patience { deadline: Some(Instant::now()), ..Patience::default() };
-    let error = read_any_with(&path, &ReadOptions { patience, ..ReadOptions::default() }).unwrap_err();
+    let error = Reader::new().patience(patience).read_any(&path).unwrap_err();
     assert!(error.to_string().contains("pipe.ply: the program that writes to the pipe"), "{error}");
     let line = "remesh pipe.ply out.ply -n 100 --time-limit 0.2";
     place.program(line).assert().code(3).stderr(predicate::str::contains("within the time limit"));
@@ -86,13 +86,13 @@ fn values_of_a_volume_are_in_a_regular_file() {
     for (name, skip) in [("pipe.raw", ""), ("link.raw", "\nline skip: 3"), ("zero.raw", "\nbyte skip: 1000")]
     {
         std::fs::write(place.path("a.nhdr"), header(&format!("data file: {name}{skip}"))).unwrap();
-        let error = read_any_with(&place.path("a.nhdr"), &ReadOptions::default()).unwrap_err().to_string();
+        let error = Reader::new().read_any(place.path("a.nhdr")).unwrap_err().to_string();
         assert!(error.contains("data file: "), "{error}");
         let words = if name == "zero.raw" { "outside the folder" } else { "not a regular file" };
         assert!(error.contains(words), "{error}");
     }
     // More lines than there are.
     std::fs::write(place.path("a.nrrd"), header("line skip: 9223372036854775807")).unwrap();
-    let error = read_any_with(&place.path("a.nrrd"), &ReadOptions::default()).unwrap_err();
+    let error = Reader::new().read_any(place.path("a.nrrd")).unwrap_err();
     assert!(error.to_string().contains("cut off"), "{error}");
 }

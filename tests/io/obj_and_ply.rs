@@ -44,7 +44,7 @@ fn formats_of_64_bits_round_trip_every_bit() {
         assert_eq!(loaded.notes, Vec::<String>::new(), "{name}");
     }
     for name in ["a.ply", "a.off", "a.mesh", "a.ply.gz"] {
-        assert_eq!(read(&folder.path().join(name)).unwrap().mesh, mesh, "{name}");
+        assert_eq!(read(folder.path().join(name)).unwrap().mesh, mesh, "{name}");
     }
     let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
     assert_eq!(text.lines().next(), Some("v 0.1 0.3333333333333333 -1e300"));

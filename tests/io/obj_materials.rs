@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use rtfmesh::io::{Encoding, Format, Loaded, encode_with, read, read_with_materials, write_with};
+use crate::support::files::encode_with;
+use rtfmesh::io::{Encoding, Format, Loaded, Reader, Writer, read};
 use rtfmesh::mesh::attributes::Materials;
 use serde_json::Value;
 
@@ -25,7 +26,7 @@ fn place(library: &str) -> Place {
 }
 
 fn loaded(library: &str) -> Loaded {
-    read_with_materials(&place(library).path("in.obj"), None).unwrap()
+    Reader::new().materials(true).read(place(library).path("in.obj")).unwrap()
 }
 
 /// The JSON of the mesh as GLB.
@@ -89,34 +90,42 @@ fn what_cannot_be_read_is_noted() {
     }
     let place = place("newmtl oak wood\n");
     std::fs::remove_file(place.path("looks/some.mtl")).unwrap();
-    let loaded = read_with_materials(&place.path("in.obj"), None).unwrap();
+    let loaded = Reader::new().materials(true).read(place.path("in.obj")).unwrap();
     assert_eq!(loaded.attributes.materials, None);
     assert!(loaded.notes[0].starts_with("a material library was left out"), "{:?}", loaded.notes);
     // Nothing is looked for unless asked.
-    assert_eq!(read(&place.path("in.obj")).unwrap().notes, Vec::<String>::new());
+    assert_eq!(read(place.path("in.obj")).unwrap().notes, Vec::<String>::new());
 }
 
 #[test]
 fn an_obj_file_elsewhere_names_the_same_library() {
     let place = place("newmtl glass\n");
     std::fs::create_dir(place.path("out")).unwrap();
-    let loaded = read(&place.path("in.obj")).unwrap();
+    let loaded = read(place.path("in.obj")).unwrap();
     let obj = Encoding { format: Format::Obj, gzip: false };
     let library_of = |name: &str| {
-        write_with(&place.path(name), &loaded.mesh, &loaded.attributes, obj).unwrap();
+        Writer::new()
+            .attributes(&loaded.attributes)
+            .encoding(obj)
+            .write(place.path(name), &loaded.mesh)
+            .unwrap();
         let text = String::from_utf8(place.bytes(name)).unwrap();
         text.lines().next().unwrap().strip_prefix("mtllib ").unwrap().to_owned()
     };
     assert_eq!(library_of("again.obj"), "looks/some.mtl");
     assert_eq!(library_of("out/again.obj"), "../looks/some.mtl");
     assert_eq!(library_of("looks/again.obj"), "some.mtl");
-    let there = read_with_materials(&place.path("out/again.obj"), None).unwrap();
+    let there = Reader::new().materials(true).read(place.path("out/again.obj")).unwrap();
     assert!(there.notes[0].contains("outside the folder"), "{:?}", there.notes);
     // Several on one line.
     let two = SQUARE.replace("looks/some.mtl", "a b.mtl ./c.MTL");
     std::fs::write(place.path("in.obj"), two).unwrap();
-    let loaded = read(&place.path("in.obj")).unwrap();
-    write_with(&place.path("out/two.obj"), &loaded.mesh, &loaded.attributes, obj).unwrap();
+    let loaded = read(place.path("in.obj")).unwrap();
+    Writer::new()
+        .attributes(&loaded.attributes)
+        .encoding(obj)
+        .write(place.path("out/two.obj"), &loaded.mesh)
+        .unwrap();
     let text = String::from_utf8(place.bytes("out/two.obj")).unwrap();
     assert!(text.starts_with("mtllib ../a b.mtl\nmtllib ../c.MTL\nv "), "{text}");
 }
@@ -134,11 +143,7 @@ fn the_program_brings_materials_where_seams_are_kept() {
     let (_, notes) = place.run("remesh in.obj out/a.obj -n 60 --iterations 2 --quality draft --keep-uv");
     assert!(!notes.contains("cannot hold"), "{notes}");
     assert!(place.bytes("out/a.obj").starts_with(b"mtllib ../looks/some.mtl\n"));
-    let options = rtfmesh::io::ReadOptions {
-        with_materials: true,
-        files_from: Some(place.path(".")),
-        ..Default::default()
-    };
-    let again = rtfmesh::io::read_any_with(&place.path("out/a.obj"), &options).unwrap().mesh_or_points();
-    assert_eq!(again.unwrap().attributes.materials.unwrap().images().len(), 1);
+    let reader = Reader::new().materials(true).files_from(place.path("."));
+    let again = reader.read(place.path("out/a.obj")).unwrap();
+    assert_eq!(again.attributes.materials.unwrap().images().len(), 1);
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use predicates::prelude::*;
-use rtfmesh::io::{ReadOptions, read, read_any_with, read_with_materials};
+use rtfmesh::io::{Reader, read};
 use serde_json::{Value, json};
 
 use crate::support::files::gltf_of;
@@ -52,13 +52,13 @@ fn a_buffer_outside_the_folder_needs_to_be_allowed() {
     let whole = up.path("outside/data.bin").canonicalize().unwrap();
     let absolute = place(whole.to_str().unwrap());
     refused(&absolute.path("inside/in.gltf"), "outside the folder");
-    let options = ReadOptions { files_from: Some(up.path("outside")), ..ReadOptions::default() };
-    read_any_with(&absolute.path("inside/in.gltf"), &options).unwrap();
+    let options = Reader::new().files_from(Some(up.path("outside")));
+    options.read_any(absolute.path("inside/in.gltf")).unwrap();
     for address in ["https://example.com/data.bin", "file:///etc/passwd", "C:/data.bin"] {
         let url = place(address);
         let path = url.path("inside/in.gltf");
         refused(&path, "outside the folder");
-        assert!(read_any_with(&path, &options).unwrap_err().to_string().contains("outside the folder"));
+        assert!(options.read_any(path).unwrap_err().to_string().contains("outside the folder"));
     }
 }
 
@@ -79,7 +79,7 @@ fn links_must_not_lead_out_of_the_folder() {
     std::fs::create_dir(place.path("inside/real")).unwrap();
     std::fs::write(place.path("inside/real/data.bin"), data).unwrap();
     symlink("real", place.path("inside/folder")).unwrap();
-    let loaded = read(&place.path("inside/in.gltf")).unwrap();
+    let loaded = read(place.path("inside/in.gltf")).unwrap();
     assert_eq!(loaded.notes, ["files that it refers to were read: folder/data.bin"]);
 }
 
@@ -89,7 +89,7 @@ fn what_is_no_image_does_not_get_into_a_result() {
     std::fs::write(place.path("secret.txt"), SECRET).unwrap();
     let image = json!({ "uri": "secret.txt", "mimeType": "image/png" });
     std::fs::write(place.path("in.gltf"), sphere(one, textured(image)).to_string()).unwrap();
-    let loaded = read_with_materials(&place.path("in.gltf"), None).unwrap();
+    let loaded = Reader::new().materials(true).read(place.path("in.gltf")).unwrap();
     assert!(loaded.attributes.materials.unwrap().images().is_empty());
     assert!(loaded.notes.iter().any(|note| note.contains("image 0 was left out: it is not an image")));
     place.run("remesh in.gltf out.glb -n 100 --iterations 2 --quality draft --keep-uv");
@@ -110,6 +110,6 @@ fn a_file_that_many_buffers_name_is_in_memory_once() {
     json["buffers"] = Value::Array(vec![buffer; 1000]);
     std::fs::write(place.path("inside/in.gltf"), json.to_string()).unwrap();
     std::fs::write(place.path("inside/data.bin"), data).unwrap();
-    let loaded = read(&place.path("inside/in.gltf")).unwrap();
+    let loaded = read(place.path("inside/in.gltf")).unwrap();
     assert_eq!(loaded.notes, ["files that it refers to were read: data.bin"]);
 }

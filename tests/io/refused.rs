@@ -253,7 +253,7 @@ fn no_damage_panics_or_hangs() {
     let at = |name: &str| folder.path().join(name);
     let written = ["binary.ply", "text.obj", "binary.stl", "a.off", "a.glb", "a.mesh"];
     for name in written.iter().chain(&["packed.off.gz"]) {
-        write(&at(name), &sample("box").unwrap()).unwrap();
+        write(at(name), &sample("box").unwrap()).unwrap();
     }
     std::fs::write(at("text.stl"), text_stl(&sample("box").unwrap())).unwrap();
     std::fs::write(at("a.gltf"), gltf_of(&sample("box").unwrap())).unwrap();

@@ -4,9 +4,10 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use crate::support::files::{encode, read_bytes};
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Encoding, Format, encode, lost_precision_note, read, read_bytes, rounded, write};
+use rtfmesh::io::{Encoding, Format, lost_precision_note, read, rounded, write};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -147,17 +148,17 @@ fn runs_do_not_depend_on_the_files_that_they_read_and_write() {
         match name {
             "t.stl" => std::fs::write(place.path(name), text_stl(&torus)).unwrap(),
             "t.gltf" => std::fs::write(place.path(name), gltf_of(&torus)).unwrap(),
-            _ => write(&place.path(name), &torus).unwrap(),
+            _ => write(place.path(name), &torus).unwrap(),
         }
-        assert_eq!(read(&place.path(name)).unwrap().mesh, torus, "{name}");
+        assert_eq!(read(place.path(name)).unwrap().mesh, torus, "{name}");
         place.run(&format!("remesh {name} out.ply {run}"));
         let written = std::fs::read(place.path("out.ply")).unwrap();
         assert_eq!(*bytes.get_or_insert_with(|| written.clone()), written, "{name}");
     }
-    let want = read(&place.path("out.ply")).unwrap().mesh;
+    let want = read(place.path("out.ply")).unwrap().mesh;
     for name in ["out.obj", "out.stl", "out.off", "out.glb", "out.mesh", "out.mesh.gz"] {
         place.run(&format!("remesh in.ply {name} {run}"));
-        let got = read(&place.path(name)).unwrap().mesh;
+        let got = read(place.path(name)).unwrap().mesh;
         assert_same(&got, &want, 1e-6, name);
         assert_same_connectivity(&got, &want, name);
     }

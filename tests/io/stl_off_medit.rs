@@ -4,9 +4,10 @@ use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use crate::support::files::{encode, read_bytes};
 use glam::DVec3;
 use rtfmesh::Error;
-use rtfmesh::io::{Encoding, Loaded, encode, lost_precision_note, read, read_bytes, write, write_as};
+use rtfmesh::io::{Encoding, Loaded, Writer, lost_precision_note, read, write};
 use rtfmesh::mesh::samples::{names, sample};
 
 use super::obj_and_ply::file;
@@ -92,7 +93,7 @@ fn content_decides_before_the_extension() {
         {
             let path = folder.path().join(&name);
             let encoding = Encoding { gzip: false, ..real.parse().unwrap() };
-            write_as(&path, &mesh, encoding).unwrap();
+            Writer::new().encoding(encoding).write(&path, &mesh).unwrap();
             let loaded = read(&path).unwrap();
             assert_same(&loaded.mesh, &mesh, 1e-6, &name);
             let told = loaded.notes.iter().filter(|note| note.contains("read as")).count();

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use rtfmesh::io::{Encoding, Format, encode_with, lost_attributes_note, read_bytes};
+use crate::support::files::{encode_with, read_bytes};
+use rtfmesh::io::{Encoding, Format, lost_attributes_note};
 use rtfmesh::mesh::attributes::{Attributes, Role};
 use rtfmesh::mesh::samples::sample;
 

@@ -3,9 +3,10 @@
 use std::io::{Cursor, Write};
 use std::path::Path;
 
+use crate::support::files::{encode_with, read_bytes, read_bytes_with_materials};
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_materials};
+use rtfmesh::io::{Encoding, Format, Loaded, Writer};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::samples::sample;
 use zip::ZipWriter;
@@ -214,9 +215,9 @@ fn the_program_keeps_parts() {
     let place = Place::new();
     let (mesh, attributes) = boxes();
     let encoding = Encoding { format: Format::ThreeMf, gzip: false };
-    rtfmesh::io::write_with(&place.path("in.3mf"), &mesh, &attributes, encoding).unwrap();
+    Writer::new().attributes(&attributes).encoding(encoding).write(place.path("in.3mf"), &mesh).unwrap();
     place.run("remesh in.3mf out.3mf -n 200 --iterations 2 --quality draft -q");
-    let result = rtfmesh::io::read(&place.path("out.3mf")).unwrap();
+    let result = rtfmesh::io::read(place.path("out.3mf")).unwrap();
     let part = result.attributes.face_named("object").unwrap();
     assert_eq!(part.names, attributes.face[0].names);
     for (t, value) in part.values.iter().enumerate() {

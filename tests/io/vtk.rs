@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use crate::support::files::{encode_with, read_bytes};
 use glam::DVec3;
-use rtfmesh::io::{Encoding, Format, Loaded, encode_with, lost_attributes_note, read_bytes};
+use rtfmesh::io::{Encoding, Format, Loaded, lost_attributes_note};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use rtfmesh::mesh::topology::topology;
 
@@ -358,7 +359,7 @@ fn cell_data_are_labels_whose_borders_can_be_kept() {
     let cells = [(12, &[0, 1, 3, 2, 4, 5, 7, 6][..]), (12, &[4, 5, 7, 6, 8, 9, 11, 10])];
     std::fs::write(place.path("in.vtu"), grid(&cubes, &cells, &[3.0, 4.0])).unwrap();
     place.run("remesh in.vtu out.vtp -n 300 --iterations 2 --quality draft --keep-labels -q");
-    let result = rtfmesh::io::read(&place.path("out.vtp")).unwrap();
+    let result = rtfmesh::io::read(place.path("out.vtp")).unwrap();
     let label = result.attributes.face_named("mat").unwrap();
     for (t, value) in label.values.iter().enumerate() {
         let side = if *value == 3.0 { -0.01..1.01 } else { 0.99..2.01 };

@@ -1,6 +1,6 @@
 //! Files of VTK that are refused, with a remedy, and damaged ones, which must do no harm.
 
-use rtfmesh::io::{read_any_bytes, read_bytes};
+use crate::support::files::{read_any_bytes, read_bytes};
 
 use super::refused::assert_refused;
 use crate::support::vtk::{Array, Form, Mode, forms};
@@ -57,7 +57,7 @@ fn xml_that_is_refused_says_what_to_do() {
         ("NumberOfPoints=\"3\"", "NumberOfPoints=\"0\"", "", "no vertices"),
     ] {
         let file = changed(from, to);
-        let error = rtfmesh::io::read_bytes(file.as_bytes(), None).unwrap_err().to_string();
+        let error = read_bytes(file.as_bytes(), None).unwrap_err().to_string();
         assert!(error.starts_with(place) && error.contains(problem), "{from} → {to}: {error}");
     }
     let packed = String::from_utf8_lossy(&triangle(PACKED)).replace("vtkZLib", "vtkLZ4");

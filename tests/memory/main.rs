@@ -7,7 +7,7 @@ use std::path::Path;
 
 use peak_alloc::PeakAlloc;
 use rand::{Rng, RngExt, SeedableRng};
-use rtfmesh::io::{Encoding, Format, read_any_bytes};
+use rtfmesh::io::{Encoding, Format, Reader};
 use zip::result::ZipResult;
 
 #[global_allocator]
@@ -198,8 +198,8 @@ fn readers_take_what_the_length_of_the_file_justifies() {
     let mut wrong = Vec::new();
     let mut check = |what: String, format: Format, file: &[u8]| {
         for materials in [false, true] {
-            let declared = Some(Encoding { format, gzip: false });
-            let taken = peak(&mut || drop(read_any_bytes(file, declared, materials)));
+            let reader = Reader::new().format(Encoding { format, gzip: false }).materials(materials);
+            let taken = peak(&mut || drop(reader.read_any_bytes(file)));
             if taken > (64 << 20) + 40 * file.len() {
                 wrong.push(format!("{what}: {taken} bytes for {}, {} each", file.len(), taken / file.len()));
             }

@@ -1,8 +1,9 @@
 //! Results for formats with 32-bit numbers: figures are those of the file.
 
+use crate::support::files::{encode, read_bytes};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
-use rtfmesh::io::{Encoding, Format, encode, read_bytes};
+use rtfmesh::io::{Encoding, Format};
 use rtfmesh::measure::measure;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{MeasureDepth, Options, Remeshed, TriMesh, remesh};

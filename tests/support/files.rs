@@ -1,9 +1,43 @@
-//! Meshes as text and JSON without the library's own writers, and how far meshes agree.
+//! Meshes as the bytes of files: by the library, and as text and JSON without its own writers; and how far
+//! meshes agree.
 
 use glam::DVec3;
-use rtfmesh::TriMesh;
+use rtfmesh::io::{Encoding, Input, Loaded, Reader, Writer};
+use rtfmesh::mesh::attributes::Attributes;
+use rtfmesh::{Result, TriMesh};
 use serde_json::json;
 use std::fmt::Write as _;
+use std::path::Path;
+
+/// A mesh from the bytes of a file.
+pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    Reader::new().format(declared).read_bytes(bytes)
+}
+
+/// As [`read_bytes`], with materials.
+pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    Reader::new().format(declared).materials(true).read_bytes(bytes)
+}
+
+/// A mesh, points or a volume from the bytes of a file.
+pub fn read_any_bytes(bytes: &[u8], declared: Option<Encoding>, materials: bool) -> Result<Input> {
+    Reader::new().format(declared).materials(materials).read_any_bytes(bytes)
+}
+
+/// The bytes of a file.
+pub fn encode(name: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<Vec<u8>> {
+    Writer::new().encoding(encoding).encode(name, mesh)
+}
+
+/// As [`encode`], with attributes.
+pub fn encode_with(
+    name: &Path,
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    encoding: Encoding,
+) -> Result<Vec<u8>> {
+    Writer::new().attributes(attributes).encoding(encoding).encode(name, mesh)
+}
 
 /// Fails unless both have the same triangles to within this share of the diagonal.
 #[track_caller]

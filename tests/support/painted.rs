@@ -1,9 +1,10 @@
 //! Spheres with texture coordinates, materials and pictures, as glTF.
 
 use super::files::base64;
+use crate::support::files::encode_with;
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Encoding, Format, encode_with};
+use rtfmesh::io::{Encoding, Format};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use rtfmesh::mesh::samples::sample;
 use serde_json::{Value, json};

@@ -22,7 +22,7 @@ impl Place {
     /// A place with one of the models as `in.ply`.
     pub fn with(model: &str) -> Self {
         let place = Self::new();
-        write(&place.path("in.ply"), &sample(model).unwrap()).unwrap();
+        write(place.path("in.ply"), &sample(model).unwrap()).unwrap();
         place
     }
 

@@ -90,12 +90,12 @@ fn the_program_keeps_edges_of_boxes_as_far_as_there_are_vertices() {
     let volume = volume_of([20; 3], |p| f64::from(u8::from(is_in(p, [4.0; 3], [16.0; 3]))));
     std::fs::write(place.path("box.npy"), npy(&volume)).unwrap();
     place.run("remesh box.npy out.ply -n 200 --labels");
-    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!(mesh.vertices.len(), 200);
     let on_faces = |p: &DVec3| ((*p - DVec3::splat(9.5)).abs().max_element() - 6.0).abs() < 1e-5;
     assert!(mesh.vertices.iter().all(on_faces));
     let (_, told) = place.run("remesh box.npy out.ply -n 20 --labels");
     let warning = "sharp edges were given up: sharp edges and boundaries need 20 vertices";
     assert!(told.contains(warning), "{told}");
-    assert_eq!(read(&place.path("out.ply")).unwrap().mesh.vertices.len(), 20);
+    assert_eq!(read(place.path("out.ply")).unwrap().mesh.vertices.len(), 20);
 }

@@ -1,8 +1,9 @@
 //! Files of volumes, made here byte by byte, and the program on them.
 
+use crate::support::files::read_any_bytes;
 use predicates::prelude::*;
 use rtfmesh::glam::{DAffine3, DVec3};
-use rtfmesh::io::{Input, Volume, read, read_any, read_any_bytes};
+use rtfmesh::io::{Input, Reader, Volume, read};
 use rtfmesh::mesh::topology::topology;
 
 use super::{npy, npy_of, volume_of};
@@ -93,10 +94,10 @@ fn nrrd_is_read_raw_packed_and_as_text() {
     std::fs::write(place.path("a.raw"), raw).unwrap();
     let notes = vec!["files that it refers to were read: a.raw".to_owned()];
     let expected = Input::Volume(Volume { notes, ..expected });
-    assert_eq!(read_any(&place.path("a.nhdr"), None, false).unwrap(), expected);
+    assert_eq!(Reader::new().read_any(place.path("a.nhdr")).unwrap(), expected);
     for (name, extra) in [("up.nhdr", "../a.raw"), ("all.nhdr", "LIST"), ("none.nhdr", "b.raw")] {
         std::fs::write(place.path(name), header(&format!("encoding: raw\ndata file: {extra}"))).unwrap();
-        assert!(read_any(&place.path(name), None, false).is_err(), "{extra}");
+        assert!(Reader::new().read_any(place.path(name)).is_err(), "{extra}");
     }
 }
 
@@ -208,7 +209,7 @@ fn the_program_makes_a_mesh_of_a_volume() {
     std::fs::write(place.path("ball.npy"), npy(&ball)).unwrap();
     let (_, told) = place.run("remesh ball.npy out.ply -n 300 --iso 0 --report r.json --spacing 1,1,2");
     assert!(told.contains("20 x 20 x 20 values"), "{told}");
-    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!((mesh.vertices.len(), topology(&mesh).genus), (300, Some(0)));
     let (low, high) = mesh.bounds().unwrap();
     assert!(((high - low) - DVec3::new(12.0, 12.0, 24.0)).abs().max_element() < 0.5, "{low} {high}");

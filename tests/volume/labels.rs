@@ -192,7 +192,7 @@ fn the_program_keeps_labels_and_junctions() {
     std::fs::write(place.path("pair.npy"), npy(&pair())).unwrap();
     let (_, told) = place.run("remesh pair.npy out.ply -n 600 --labels");
     assert!(told.contains("with 2 labels") && told.contains("junctions are kept"), "{told}");
-    let loaded = read(&place.path("out.ply")).unwrap();
+    let loaded = read(place.path("out.ply")).unwrap();
     assert_eq!(loaded.mesh.vertices.len(), 600);
     let found = |name: &str| loaded.attributes.face_named(name).unwrap().values.clone();
     let pairs: Vec<(f64, f64)> = found(LABEL_BEHIND).into_iter().zip(found(LABEL_BEFORE)).collect();

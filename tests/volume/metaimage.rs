@@ -2,8 +2,9 @@
 
 use std::io::Write;
 
+use crate::support::files::read_any_bytes;
 use rtfmesh::glam::{DAffine3, DMat3, DVec3};
-use rtfmesh::io::{Input, Volume, read_any, read_any_bytes};
+use rtfmesh::io::{Input, Reader, Volume};
 
 use super::volume_of;
 use crate::support::place::Place;
@@ -92,7 +93,7 @@ fn values_of_metaimage_may_be_in_a_file_beside_it() {
     std::fs::write(place.path("a.mhd"), header("a.raw")).unwrap();
     let notes = vec!["files that it refers to were read: a.raw".to_owned()];
     let expected = Input::Volume(Volume { notes, ..expected });
-    assert_eq!(read_any(&place.path("a.mhd"), None, false).unwrap(), expected);
+    assert_eq!(Reader::new().read_any(place.path("a.mhd")).unwrap(), expected);
     for (other, said) in [
         ("../a.raw", "outside the folder"),
         ("LIST", "name one file"),
@@ -100,7 +101,7 @@ fn values_of_metaimage_may_be_in_a_file_beside_it() {
         ("b.raw", "no such file"),
     ] {
         std::fs::write(place.path("b.mhd"), header(other)).unwrap();
-        let error = read_any(&place.path("b.mhd"), None, false).unwrap_err().to_string();
+        let error = Reader::new().read_any(place.path("b.mhd")).unwrap_err().to_string();
         assert!(error.contains(said), "{error:?} does not say {said:?}");
     }
 }

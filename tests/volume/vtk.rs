@@ -1,7 +1,8 @@
 //! VTK's images: XML in every form and the older format, values of nodes and of voxels.
 
+use crate::support::files::read_any_bytes;
 use rtfmesh::glam::{DAffine3, DMat3, DVec3};
-use rtfmesh::io::{Input, Volume, read_any_bytes};
+use rtfmesh::io::{Input, Volume};
 
 use super::volume_of;
 use crate::support::place::Place;
@@ -117,6 +118,6 @@ fn the_program_makes_a_surface_of_an_image() {
     let file = image(form, grid, "", "PointData", &[("Float32", "shown", values(&ball))]);
     std::fs::write(place.path("in.vti"), file).unwrap();
     place.run("remesh in.vti out.vtk -n 200 --iso 0 --iterations 2 --quality draft -q");
-    let mesh = rtfmesh::io::read(&place.path("out.vtk")).unwrap().mesh;
+    let mesh = rtfmesh::io::read(place.path("out.vtk")).unwrap().mesh;
     assert!(mesh.vertices.iter().all(|v| (v.distance(DVec3::splat(5.5)) - 4.0).abs() < 0.2));
 }

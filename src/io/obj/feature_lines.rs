@@ -98,10 +98,10 @@ fn vertex_number(line: u64, word: &str, known: usize) -> Result<usize> {
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the features are not
+/// [`Error::Output`]: see [`crate::io::check_target`]; also a full disk. Panics if the features are not
 /// of `mesh`.
-pub fn write_features(path: &Path, mesh: &TriMesh, features: &Features) -> Result<()> {
-    write_atomically(path, |file| write(file, mesh, features))
+pub fn write_features(path: impl AsRef<Path>, mesh: &TriMesh, features: &Features) -> Result<()> {
+    write_atomically(path.as_ref(), |file| write(file, mesh, features))
 }
 
 fn write(file: &mut impl Write, mesh: &TriMesh, features: &Features) -> io::Result<()> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-/// The materials that the face label `material` numbers, as glTF has them. [`crate::io::read_with_materials`]
+/// The materials that the face label `material` numbers, as glTF has them. [`crate::io::Reader::materials`]
 /// reads them, also from the libraries of OBJ files; of the formats written, GLB alone holds them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Materials {
