@@ -79,7 +79,7 @@ impl HoleArgs {
             Some(Size::EdgeLength(length)) => length,
             Some(Size::RelativeEdgeLength(share)) => {
                 let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
-                points.bounds().map_or(0.0, |(low, high)| share * high.distance(low))
+                points.bounds().map_or(0.0, |[low, high]| share * high.distance(low))
             }
             _ => 0.0,
         };

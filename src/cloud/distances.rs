@@ -73,7 +73,7 @@ pub fn point_distances(mesh: &TriMesh, points: &[DVec3], progress: &ProgressToke
     let percent = 100.0 / diagonal;
     Ok(PointDistances {
         points: placed.vertices.len(),
-        diagonal: points.bounds().map_or(0.0, |(low, high)| low.distance(high)),
+        diagonal: points.bounds().map_or(0.0, |[low, high]| low.distance(high)),
         from_points: DistanceStatistics::new(&from_points, percent),
         to_points: DistanceStatistics::new(&to_points, percent),
         spacing: spacing * percent,

@@ -338,7 +338,7 @@ fn least_side(spacing: &[f64], radius: f64) -> f64 {
 /// The mesh with a boundary as smooth as the points allow; random ones end on a ragged line.
 fn with_smooth_boundary(mesh: TriMesh, spacing: f64) -> Result<TriMesh> {
     let has_boundary = EdgeTable::new(&mesh.triangles).edges().any(|edge| edge.len() == 1);
-    let Some((low, high)) = mesh.bounds().filter(|_| has_boundary) else { return Ok(mesh) };
+    let Some([low, high]) = mesh.bounds().filter(|_| has_boundary) else { return Ok(mesh) };
     let share = (spacing / high.distance(low)).min(0.1);
     repair_with(&mesh, &RepairOptions::default().smooth_boundary(share)).map(|repaired| repaired.mesh)
 }

@@ -57,7 +57,7 @@ pub fn survey(cloud: &PointCloud, progress: &ProgressToken) -> Result<CloudSurve
     let range = neighbours.spacing.iter();
     let range = range.fold([f64::INFINITY, 0.0], |[low, high], s| [s.min(low), s.max(high)]);
     let all = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
-    let (low, high) = all.bounds().unwrap_or_default();
+    let [low, high] = all.bounds().unwrap_or_default();
     let scale = points.frame.scale;
     Ok(CloudSurvey {
         bounds: [low, high],

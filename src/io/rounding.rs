@@ -35,7 +35,7 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
 /// How far the format's rounding moves vertices, as a sentence; `None` up to a millionth of the bounding
 /// box's diagonal.
 pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
-    let (low, high) = mesh.bounds()?;
+    let [low, high] = mesh.bounds()?;
     let moved = rounded(mesh, format).vertices;
     let moves = mesh.vertices.iter().zip(moved).map(|(from, to)| (to - *from).abs().max_element());
     let share = moves.fold(0.0, f64::max) / (high - low).length();

@@ -196,7 +196,7 @@ pub(crate) fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, Tr
         triangles: mesh.triangles.clone(),
     };
     let (mesh, reference) = (place(mesh), place(reference));
-    let diagonal = reference.bounds().map_or(0.0, |(lo, hi)| lo.distance(hi));
+    let diagonal = reference.bounds().map_or(0.0, |[lo, hi]| lo.distance(hi));
     if diagonal == 0.0 {
         let problem = "all vertices of the reference are at one point";
         return Err(Error::input(None, problem, "give a reference with some extent"));

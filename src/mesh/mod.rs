@@ -119,9 +119,9 @@ impl TriMesh {
     }
 
     /// Smallest and largest coordinates over all vertices; `None` without vertices.
-    pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
+    pub fn bounds(&self) -> Option<[DVec3; 2]> {
         let first = *self.vertices.first()?;
-        Some(self.vertices.iter().fold((first, first), |(lo, hi), v| (lo.min(*v), hi.max(*v))))
+        Some(self.vertices.iter().fold([first; 2], |[low, high], v| [low.min(*v), high.max(*v)]))
     }
 }
 

@@ -31,7 +31,7 @@ impl UnitFrame {
             let place = Some(format!("vertex {vertex}"));
             return Err(Error::input(place, "a coordinate is not finite", "remove or repair the vertex"));
         }
-        let Some((lo, hi)) = mesh.bounds() else {
+        let Some([lo, hi]) = mesh.bounds() else {
             return Err(Error::input(
                 None,
                 "the mesh has no vertices",

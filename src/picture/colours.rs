@@ -65,7 +65,7 @@ pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<D
     check(reference)?;
     let distances: Vec<Vec<f64>> = meshes.iter().map(|mesh| centre_distances(mesh, reference)).collect();
     let rounding =
-        reference.bounds().map_or(0.0, |(low, high)| ROUNDING * low.abs().max(high.abs()).max_element());
+        reference.bounds().map_or(0.0, |[low, high]| ROUNDING * low.abs().max(high.abs()).max_element());
     let darkest = distances.iter().flatten().copied().fold(rounding.max(f64::MIN_POSITIVE), f64::max);
     let of = |distances: Vec<f64>| DistanceColours {
         colours: distances.iter().map(|d| distance_colour(d / darkest)).collect(),

@@ -90,8 +90,8 @@ fn seams_and_borders_are_kept_if_asked() {
     assert_eq!((&report["features"]["curves"], &report["features"]["corners"]), (&12.into(), &8.into()));
     assert_eq!(report["options"]["coarse_to_fine"]["label_borders"], 24);
     let found = read(place.path("out.ply")).unwrap();
-    let (low, high) = found.mesh.bounds().unwrap();
-    let (low_before, high_before) = mesh.bounds().unwrap();
+    let [low, high] = found.mesh.bounds().unwrap();
+    let [low_before, high_before] = mesh.bounds().unwrap();
     assert!(low.distance(low_before).max(high.distance(high_before)) < 1e-12);
     let (text, notes) = place.run("remesh in.ply out.ply -n 300 --keep-uv --keep-labels --dry-run");
     assert!(text.contains("12, 8, 6") && notes.is_empty(), "{text}{notes}");
@@ -158,7 +158,7 @@ fn batches_carry_over_and_inspect_lists() {
 fn solids_that_touch_keep_their_labels_and_a_warning_says_that_they_share_a_wall() {
     let place = Place::new();
     let model = sample("box").unwrap();
-    let (low, high) = model.bounds().unwrap();
+    let [low, high] = model.bounds().unwrap();
     let mut text = String::new();
     // The second is the first one's mirror image in their common side, so that its triangles are there twice.
     for (name, mirror) in [("left", false), ("right", true)] {

@@ -206,7 +206,7 @@ fn size_and_place_do_not_matter() {
         assert_eq!((out.as_str(), said.lines().count()), ("", 1), "{said}");
         assert!(said.contains("% smaller than the input's"), "{said}");
         let got = read(place.path("out.obj")).unwrap().mesh;
-        let size = |mesh: &rtfmesh::TriMesh| mesh.bounds().map(|(low, high)| (high - low) / scale).unwrap();
+        let size = |mesh: &rtfmesh::TriMesh| mesh.bounds().map(|[low, high]| (high - low) / scale).unwrap();
         assert!(size(&got).distance(size(&mesh)) < 0.2, "{scale} {shift}: {} of {}", size(&got), size(&mesh));
     }
 }

@@ -14,7 +14,7 @@ fn square() -> TriMesh {
 }
 
 fn colour(kind: Kind, components: usize) -> Attribute {
-    let largest = kind.range().map_or(1.0, |(_, high)| high);
+    let largest = kind.range().map_or(1.0, |[_, high]| high);
     let value = |k: usize| kind.rounded((k % 7) as f64 / 6.0 * largest);
     let value = |k: usize| if kind == Kind::F32 { f64::from(value(k) as f32) } else { value(k) };
     Attribute::new("colour", Role::Colour, kind, components, (0..4 * components).map(value).collect())

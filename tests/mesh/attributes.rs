@@ -68,7 +68,7 @@ fn fields_of_vertices_are_interpolated() {
 #[test]
 fn the_two_sides_of_a_thin_plate_keep_their_colours() {
     let input = sample("thin-plate").unwrap();
-    let (low, high) = input.bounds().unwrap();
+    let [low, high] = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let colour = |v: DVec3| if v.z > middle { vec![255.0, 0.0, 0.0] } else { vec![0.0, 0.0, 255.0] };
     let vertex = vec![of_vertices(&input, Role::Colour, Kind::U8, colour)];
@@ -277,7 +277,7 @@ fn labelled(mesh: &TriMesh, label: impl Fn(DVec3) -> f64) -> Attributes {
 #[test]
 fn the_sides_of_a_box_keep_their_labels() {
     let input = sample("box").unwrap();
-    let (low, high) = input.bounds().unwrap();
+    let [low, high] = input.bounds().unwrap();
     let side = |v: DVec3| {
         let away = [v - low, high - v].map(|d| d.to_array()).concat();
         // A device polishes in single precision.

@@ -73,7 +73,7 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
 fn sheets_that_are_close_are_told_apart_by_their_sides() {
     // Two sheets a hundredth apart; those of the result went past each other, but face as they did.
     let input = sample("thin-plate").unwrap();
-    let (low, high) = input.bounds().unwrap();
+    let [low, high] = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let output = moved(&input, |v| DVec3::new(v.x, v.y, middle - 0.2 * (v.z - middle)));
     let correspondence = find_correspondence(

@@ -260,7 +260,7 @@ fn a_part_is_near_the_whole_but_not_the_other_way() {
 fn concentric_spheres() {
     let (inner, outer) = (sphere(0.9, 5), sphere(1.0, 5));
     let found = distances_sampled(&inner, &outer, 20_000, &ProgressToken::default()).unwrap();
-    let (lo, hi) = outer.bounds().unwrap();
+    let [lo, hi] = outer.bounds().unwrap();
     let expected = 100.0 * 0.1 / lo.distance(hi);
     close(found.rms, expected, 0.01);
     close(found.hausdorff, expected, 0.02);
@@ -275,7 +275,7 @@ fn a_peak_inside_a_face_is_found() {
         &[[0, 1, 3], [1, 2, 3], [2, 0, 3]],
     );
     let found = distances_sampled(&tent, &floor, 5000, &ProgressToken::default()).unwrap();
-    let (lo, hi) = floor.bounds().unwrap();
+    let [lo, hi] = floor.bounds().unwrap();
     assert_hausdorff(&found, 100.0 / lo.distance(hi));
     let reach = tent_distance(&tent, DVec3::ZERO);
     assert!(found.hausdorff_from_reference >= 100.0 * reach / lo.distance(hi), "{found:?}");
@@ -289,7 +289,7 @@ fn tent_distance(tent: &TriMesh, p: DVec3) -> f64 {
 fn samples_are_even_on_edges_and_faces() {
     let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
     let ground = mesh(&[[-5.0, -5.0, 0.0], [9.0, -5.0, 0.0], [-5.0, 9.0, 0.0]], &[[0, 1, 2]]);
-    let (lo, hi) = ground.bounds().unwrap();
+    let [lo, hi] = ground.bounds().unwrap();
     for raised in 0..3 {
         let mut tilted = corners;
         tilted[raised][2] = 1.0;

@@ -331,7 +331,7 @@ fn powers_of_two_change_nothing_and_other_scales_little() {
 #[test]
 fn the_other_way_round_the_distances_swap() {
     let (rough, smooth) = (torus(24, 16), torus(40, 24));
-    let diagonal = |mesh: &TriMesh| mesh.bounds().map(|(lo, hi)| lo.distance(hi)).unwrap();
+    let diagonal = |mesh: &TriMesh| mesh.bounds().map(|[lo, hi]| lo.distance(hi)).unwrap();
     let there = distances(&rough, &smooth, &ProgressToken::default()).unwrap();
     let back = distances(&smooth, &rough, &ProgressToken::default()).unwrap();
     let share = diagonal(&smooth) / diagonal(&rough);

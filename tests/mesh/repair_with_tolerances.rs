@@ -25,7 +25,7 @@ fn shattered(mesh: &TriMesh, off: f64) -> TriMesh {
 #[track_caller]
 fn assert_lies_on(mesh: &TriMesh, origin: &[u32], input: &TriMesh, off: f64) {
     assert_eq!(origin.len(), mesh.triangles.len());
-    let size = input.bounds().map(|(low, high)| (high - low).length()).unwrap();
+    let size = input.bounds().map(|[low, high]| (high - low).length()).unwrap();
     for (t, from) in origin.iter().enumerate() {
         for corner in mesh.corners(t) {
             let nearest = closest_on_triangle(corner, input.corners(*from as usize)).point;

@@ -51,7 +51,7 @@ fn the_topology_stays_down_to_the_least_count() {
 #[test]
 fn curves_and_corners_stay() {
     let mesh = sample("box").unwrap();
-    let (low, high) = mesh.bounds().unwrap();
+    let [low, high] = mesh.bounds().unwrap();
     // On two or more of the box's sides.
     let sides = |v: DVec3| (v.cmpeq(low) | v.cmpeq(high)).bitmask().count_ones();
     let at = |v: u32| mesh.vertices[v as usize];

@@ -7,7 +7,7 @@ use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair, repair_with};
 use rtfmesh::mesh::topology::topology;
 
 fn smoothed(mesh: &TriMesh, tolerance: f64) -> Repaired {
-    let diagonal = mesh.bounds().map(|(low, high)| (high - low).length()).unwrap();
+    let diagonal = mesh.bounds().map(|[low, high]| (high - low).length()).unwrap();
     repair_with(mesh, &RepairOptions::default().smooth_boundary(tolerance / diagonal)).unwrap()
 }
 

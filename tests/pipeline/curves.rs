@@ -43,7 +43,7 @@ fn a_box_and_a_thin_plate_come_back_exactly() {
         let found = result.summary.features.unwrap();
         assert_eq!((found.curves, found.corners, found.patches), (12, 8, 6), "{name}");
         for corner in &input.vertices {
-            let is_corner = input.bounds().is_some_and(|(lo, hi)| {
+            let is_corner = input.bounds().is_some_and(|[lo, hi]| {
                 corner
                     .to_array()
                     .iter()
@@ -85,7 +85,7 @@ fn sharp_edges_are_kept_by_angle_or_by_name() {
     let input = sample("box").unwrap();
     let none = Options::new(400).feature_angle(180.0);
     assert_eq!(run(&input, &none).summary.features.unwrap().curve_sites, 0);
-    let (lo, hi) = input.bounds().unwrap();
+    let [lo, hi] = input.bounds().unwrap();
     let line = FeatureLine { line: 1, points: vec![lo, DVec3::new(hi.x, lo.y, lo.z)] };
     let one = none.features(FeatureLines::new(vec![line]));
     let result = run(&input, &one);

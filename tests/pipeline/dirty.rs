@@ -37,7 +37,7 @@ fn unsaid(dirty: &Dirty, vertices: usize) -> Vec<String> {
     }
     let repaired = repair(&input).unwrap().mesh;
     let mut found = worse(&summary.output, &measure(&repaired, None).unwrap());
-    let (low, high) = repaired.bounds().unwrap();
+    let [low, high] = repaired.bounds().unwrap();
     let percent = summary.output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference_lower);
     let edges = percent / 100.0 * low.distance(high) / summary.spacing;
     if edges > MISSING {

@@ -91,7 +91,7 @@ fn fewer_vertices_than_the_topology_needs_are_refused_with_that_number() {
 #[test]
 fn small_components_leave_the_large_one_what_its_topology_needs() {
     let plate = Shape::Plate { holes: 5, thickness: 0.2, parts: 4, rounds: 0 }.mesh();
-    let size = plate.bounds().map(|(lo, hi)| lo.distance(hi)).unwrap();
+    let size = plate.bounds().map(|[lo, hi]| lo.distance(hi)).unwrap();
     let beside = |k: u32| moved(&cube(), |v| 0.02 * size * v + size * f64::from(k) * DVec3::X);
     let input = (1..=12).fold(plate, |all, k| union(&all, &beside(k)));
     let error = run(&input, 50, Shortage::BestEffort).unwrap_err();

@@ -55,7 +55,7 @@ impl Dirty {
             let body = moved(&body(&mut random), |v| size * v);
             let turn = DQuat::from_scaled_axis(3.0 * random.point());
             let body = moved(&body, |v| turn * v);
-            let (low, high) = body.bounds().unwrap();
+            let [low, high] = body.bounds().unwrap();
             let offset = match self.arrangement {
                 Arrangement::Through => random.point(),
                 Arrangement::Row(gap) => {
@@ -77,7 +77,7 @@ impl Dirty {
         match self.defect {
             Defect::None => mesh,
             Defect::Shattered(off) => {
-                let (low, high) = mesh.bounds().unwrap();
+                let [low, high] = mesh.bounds().unwrap();
                 let off = off * low.distance(high);
                 let vertices = triangles.as_flattened().iter().map(|v| vertices[*v as usize]);
                 let vertices: Vec<DVec3> = vertices.map(|v| v + off * random.point()).collect();

@@ -42,7 +42,7 @@ pub fn encode_with(
 /// Fails unless both have the same triangles to within this share of the diagonal.
 #[track_caller]
 pub fn assert_same(got: &TriMesh, want: &TriMesh, share: f64, what: &str) {
-    let (low, high) = want.bounds().unwrap();
+    let [low, high] = want.bounds().unwrap();
     let near = share * (high - low).length();
     assert_eq!(got.triangles.len(), want.triangles.len(), "{what}");
     for (a, b) in corners(got).iter().flatten().zip(corners(want).iter().flatten()) {

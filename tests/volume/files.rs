@@ -211,7 +211,7 @@ fn the_program_makes_a_mesh_of_a_volume() {
     assert!(told.contains("20 x 20 x 20 values"), "{told}");
     let mesh = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!((mesh.vertices.len(), topology(&mesh).genus), (300, Some(0)));
-    let (low, high) = mesh.bounds().unwrap();
+    let [low, high] = mesh.bounds().unwrap();
     assert!(((high - low) - DVec3::new(12.0, 12.0, 24.0)).abs().max_element() < 0.5, "{low} {high}");
     let report = std::fs::read_to_string(place.path("r.json")).unwrap();
     assert!(report.contains("the isosurface at 0 has"), "{report}");

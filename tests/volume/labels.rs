@@ -149,7 +149,7 @@ fn closed_labels_end_flat_at_the_border() {
         let mut volume = volume_of([9, 8, 7], |p| if p.x < 4.5 { 1.0 } else { 2.0 });
         volume.frame = DAffine3::from_scale(DVec3::new(mirror, 1.0, 2.0));
         let found = borders(&volume, true);
-        let (low, high) = found.mesh.bounds().unwrap();
+        let [low, high] = found.mesh.bounds().unwrap();
         assert_eq!(high - low, DVec3::new(8.0, 7.0, 12.0));
         let whole = 8.0 * 7.0 * 12.0;
         let parts = [1, 2].map(|label| enclosed(&found, label));

@@ -235,7 +235,7 @@ impl Elements<'_> {
         let value = binary::value_le(self.component, raw);
         // 32-bit integers are none of the types that may be normalized.
         match self.component.range() {
-            Some((_, largest)) if self.normalized => (value / largest).max(-1.0),
+            Some([_, largest]) if self.normalized => (value / largest).max(-1.0),
             _ => value,
         }
     }

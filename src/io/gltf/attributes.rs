@@ -151,7 +151,7 @@ impl AttributeReader {
         let mut found = Attributes::default();
         if let Some(kind) = self.colour_kind {
             self.colours.resize(self.vertices, [1.0; 4]);
-            let (components, largest) = (self.colour_components, kind.range().map_or(1.0, |(_, high)| high));
+            let (components, largest) = (self.colour_components, kind.range().map_or(1.0, |[_, high]| high));
             let shades = self.colours.iter().flat_map(|colour| colour.iter().take(components));
             let values = shades.map(|shade| kind.rounded(shade * largest)).collect();
             found.vertex.push(Attribute::new("colour", Role::Colour, kind, components, values));

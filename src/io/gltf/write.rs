@@ -39,7 +39,7 @@ pub(super) struct NodeTransform {
 
 impl NodeTransform {
     fn for_mesh(mesh: &TriMesh) -> Self {
-        let (low, high) = mesh.bounds().unwrap_or_default();
+        let [low, high] = mesh.bounds().unwrap_or_default();
         // Halved first, because the difference can overflow.
         let half = 0.5 * high - 0.5 * low;
         let largest = half.max_element();
@@ -233,7 +233,7 @@ impl BufferBuilder {
             Kind::U16 => (Kind::U16, 5123, 2),
             _ => (Kind::F32, 5126, 4),
         };
-        let largest = kind.range().map_or(1.0, |(_, high)| high);
+        let largest = kind.range().map_or(1.0, |[_, high]| high);
         let begin = self.bytes.len();
         // glTF aligns vertex attributes to four bytes.
         let stride = (colour.components * size).next_multiple_of(4);

@@ -59,7 +59,7 @@ impl<'a> Charts<'a> {
         for cut in seams_of(&triangles, uv) {
             twins[cut as usize] = NONE;
         }
-        let (low, high) = input.bounds().unwrap_or_default();
+        let [low, high] = input.bounds().unwrap_or_default();
         let (centre, size) = (0.5 * low + 0.5 * high, (0.5 * high - 0.5 * low).max_element());
         let size = if size > 0.0 { size } else { 1.0 };
         // Boundary edges too: what is beyond a crack that was closed is another piece of texture.

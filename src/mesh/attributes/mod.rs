@@ -43,14 +43,14 @@ pub enum Kind {
 
 impl Kind {
     /// The smallest and largest value of an integer type; `None` for floating point.
-    pub fn range(self) -> Option<(f64, f64)> {
+    pub fn range(self) -> Option<[f64; 2]> {
         match self {
-            Self::I8 => Some((i8::MIN.into(), i8::MAX.into())),
-            Self::U8 => Some((0.0, u8::MAX.into())),
-            Self::I16 => Some((i16::MIN.into(), i16::MAX.into())),
-            Self::U16 => Some((0.0, u16::MAX.into())),
-            Self::I32 => Some((i32::MIN.into(), i32::MAX.into())),
-            Self::U32 => Some((0.0, u32::MAX.into())),
+            Self::I8 => Some([i8::MIN.into(), i8::MAX.into()]),
+            Self::U8 => Some([0.0, u8::MAX.into()]),
+            Self::I16 => Some([i16::MIN.into(), i16::MAX.into()]),
+            Self::U16 => Some([0.0, u16::MAX.into()]),
+            Self::I32 => Some([i32::MIN.into(), i32::MAX.into()]),
+            Self::U32 => Some([0.0, u32::MAX.into()]),
             Self::F32 | Self::F64 => None,
         }
     }
@@ -58,14 +58,14 @@ impl Kind {
     /// The nearest value that the type has.
     pub fn rounded(self, value: f64) -> f64 {
         match self.range() {
-            Some((low, high)) => value.round().clamp(low, high),
+            Some([low, high]) => value.round().clamp(low, high),
             None => value,
         }
     }
 
     /// Whether the type has this value; floating point has all.
     pub fn holds(self, value: f64) -> bool {
-        self.range().is_none_or(|(low, high)| value.fract() == 0.0 && (low..=high).contains(&value))
+        self.range().is_none_or(|[low, high]| value.fract() == 0.0 && (low..=high).contains(&value))
     }
 }
 
@@ -113,7 +113,7 @@ impl Attribute {
 
     /// A colour's numbers from 0 to 1, opaque if there is no opacity.
     pub fn unit_colour(&self, index: usize) -> [f64; 4] {
-        let largest = self.kind.range().map_or(1.0, |(_, high)| high);
+        let largest = self.kind.range().map_or(1.0, |[_, high]| high);
         let own = self.at(index);
         std::array::from_fn(|k| own.get(k).map_or(1.0, |value| value / largest))
     }

@@ -70,7 +70,7 @@ fn at(attribute: &Attribute, corners: [&[f64]; 3], point: &SurfacePoint) -> Vec<
         (0..attribute.components).map(|c| part(0, c) + part(1, c) + part(2, c)).collect();
     if attribute.role == Role::Normal {
         let length = values.iter().map(|value| value * value).sum::<f64>().sqrt();
-        let unit = attribute.kind.range().map_or(1.0, |(_, high)| high);
+        let unit = attribute.kind.range().map_or(1.0, |[_, high]| high);
         if length > 0.0 {
             values.iter_mut().for_each(|value| *value *= unit / length);
         }

@@ -134,7 +134,7 @@ pub fn cracks(mesh: &TriMesh) -> Option<Cracks> {
     // Edges as flat triangles.
     let segments = open.iter().map(|edge| [edge.from, edge.to, edge.to]).collect();
     let bvh = Bvh::new(&TriMesh { vertices: mesh.vertices.clone(), triangles: segments });
-    let (low, high) = mesh.bounds()?;
+    let [low, high] = mesh.bounds()?;
     let mut found = 0;
     let mut widest = 0.0_f64;
     for edge in &open {

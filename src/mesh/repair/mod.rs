@@ -157,12 +157,12 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     kept.vertices.iter_mut().for_each(|vertex| *vertex /= unit);
     if !flat.is_empty() {
         // A flat face between a long edge and two short ones held them together.
-        let reach = kept.bounds().map_or(0.0, |(low, high)| FLAT_REACH * (high - low).length());
+        let reach = kept.bounds().map_or(0.0, |[low, high]| FLAT_REACH * (high - low).length());
         joints::join(&mut kept, &mut origin, reach, |v| at_flat[v as usize].then_some(reach), &mut counts);
     }
     let (mut reach, mut table) = cracks::close(&mut kept, &mut origin, &mut counts);
     if options.weld > 0.0 {
-        let wide = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
+        let wide = kept.bounds().map_or(0.0, |[low, high]| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, wide, &mut counts);
         joints::join(&mut kept, &mut origin, wide, |_| Some(wide), &mut counts);
         reach = reach.max(wide);
@@ -180,7 +180,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     }
     orient::orient(&mut kept, &table, &mut counts);
     if options.smooth_boundary > 0.0 {
-        let (low, high) = kept.bounds().unwrap_or_default();
+        let [low, high] = kept.bounds().unwrap_or_default();
         let tolerance = options.smooth_boundary * (high - low).length();
         let table = EdgeTable::new(&kept.triangles);
         counts.boundary_vertices_moved = smooth_boundary(&mut kept, &table, tolerance);
@@ -198,7 +198,7 @@ const FAR: f64 = 1e60;
 /// What lengths are divided by so that they can be multiplied: a power of two, so that no digit is lost; 1
 /// for what is of an ordinary size.
 fn unit_of(mesh: &TriMesh) -> f64 {
-    let (low, high) = mesh.bounds().unwrap_or_default();
+    let [low, high] = mesh.bounds().unwrap_or_default();
     // Halved first, because the difference can overflow.
     let half = (0.5 * high - 0.5 * low).max_element();
     if half > FAR {
