@@ -83,8 +83,7 @@ pub use glam;
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
 pub use options::{
-    AllAtOnceOptions, Centroid, CoarseToFineOptions, Face, FeatureLines, Length, MeasureDepth, Method,
-    Neighbours, Normals, Options, Projection, Quality, Seeding, Shortage, Size, Sizing,
+    CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Shortage, Size, Sizing,
 };
 pub use pipeline::{
     Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,

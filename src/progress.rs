@@ -144,7 +144,7 @@ impl ProgressToken {
     }
 
     /// Fraction of the whole work that is done, 0 to 1.
-    pub fn share(&self) -> f64 {
+    pub fn fraction(&self) -> f64 {
         f64::from_bits(self.state.share.load(Ordering::Relaxed))
     }
 
@@ -157,7 +157,7 @@ impl ProgressToken {
     ///
     /// # Errors
     /// [`Error::Cancelled`] once the work is cancelled.
-    pub fn poll(&self) -> Result<()> {
+    pub(crate) fn poll(&self) -> Result<()> {
         let is_given_up = self.gives_up && self.is_finishing();
         if self.is_cancelled() || is_given_up { Err(Error::Cancelled) } else { Ok(()) }
     }
@@ -166,7 +166,7 @@ impl ProgressToken {
     ///
     /// # Errors
     /// As [`ProgressToken::poll`].
-    pub fn done(&self, share: f64) -> Result<()> {
+    pub(crate) fn done(&self, share: f64) -> Result<()> {
         let share = self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
         self.state.share.fetch_max(share.to_bits(), Ordering::Relaxed);
         self.poll()
@@ -174,14 +174,14 @@ impl ProgressToken {
 
     /// The token for a part of this one's work, between two fractions of it.
     #[must_use]
-    pub fn part(&self, from: f64, to: f64) -> Self {
+    pub(crate) fn part(&self, from: f64, to: f64) -> Self {
         let at = |share: f64| self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
         Self { state: Arc::clone(&self.state), from: at(from), to: at(to), ..*self }
     }
 
     /// A token for work whose fraction of the whole is unknown; its reports are ignored.
     #[must_use]
-    pub fn silent(&self) -> Self {
+    pub(crate) fn silent(&self) -> Self {
         self.part(0.0, 0.0)
     }
 
@@ -213,7 +213,7 @@ impl ProgressToken {
 
     /// Whether to skip work that a valid result does not need. If so, [`ProgressToken::is_shortened`] is true
     /// from now on.
-    pub fn leave_out(&self) -> bool {
+    pub(crate) fn leave_out(&self) -> bool {
         let finishing = self.is_finishing();
         if finishing {
             self.state.shortened.store(true, Ordering::Relaxed);
@@ -222,7 +222,7 @@ impl ProgressToken {
     }
 
     /// `count`, or at most `few` if the work is to finish early.
-    pub fn at_most(&self, few: u32, count: u32) -> u32 {
+    pub(crate) fn at_most(&self, few: u32, count: u32) -> u32 {
         if count > few && self.leave_out() { few } else { count }
     }
 
@@ -337,7 +337,7 @@ impl<'a> ProgressReporter<'a> {
         // Once it has cancelled, it is not called again.
         self.token.poll()?;
         let (from, until) = self.range;
-        let fraction = from + (until - from) * self.token.share();
+        let fraction = from + (until - from) * self.token.fraction();
         self.now.fraction = fraction.clamp(self.now.fraction, 1.0);
         let to_finish = self.now.to_finish + self.simplification();
         match (self.callback)(Progress { to_finish, ..self.now }) {
@@ -485,12 +485,12 @@ mod tests {
         let token = ProgressToken::default();
         let half = token.part(0.5, 1.0);
         half.part(0.2, 0.4).done(1.0).unwrap();
-        assert_eq!(token.share(), 0.7);
+        assert_eq!(token.fraction(), 0.7);
         half.done(0.0).unwrap();
         half.silent().done(1.0).unwrap();
-        assert_eq!(token.share(), 0.7);
+        assert_eq!(token.fraction(), 0.7);
         half.done(2.0).unwrap();
-        assert_eq!(token.share(), 1.0);
+        assert_eq!(token.fraction(), 1.0);
     }
 
     #[test]

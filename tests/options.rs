@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use rtfmesh::mesh::features::FeatureLine;
+use rtfmesh::options::Face;
 use rtfmesh::{
-    CorrespondenceRequest, Error, Face, FeatureLines, Length, MeasureDepth, Method, Options, Quality,
-    Shortage, Sizing,
+    CorrespondenceRequest, Error, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Shortage,
+    Sizing,
 };
 
 #[test]

@@ -160,7 +160,7 @@ impl<'a> Context<'a> {
         record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
         number: u32,
     ) -> Result<()> {
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(self.device)?;
         record(&mut recorder, number)?;
         recorder.submit()?;
         Ok(())

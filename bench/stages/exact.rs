@@ -7,6 +7,7 @@ use crate::reference::exact::cell;
 use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::DVec3;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::exact::{Aim, CutTriangles, ExactCells, ExactCounts};
 
 /// The search for parts of cells, the parts, and where the sites go. Sorting and scans are measured by
@@ -67,10 +68,10 @@ fn round(
     aim: &Aim,
 ) -> Result<ExactCounts> {
     let (device, it) = (context.device, &context.iteration);
-    let mut recorder = device.recorder()?;
+    let mut recorder = Recorder::new(device)?;
     let parts = cells.record_parts(&mut recorder, triangles, &it.sites, &it.lists)?;
     let found = recorder.submit()?;
-    let mut recorder = device.recorder()?;
+    let mut recorder = Recorder::new(device)?;
     let counts = cells.record_cells(device, &mut recorder, triangles, &it.sites, (&found, &parts))?;
     aim.record(&mut recorder, &it.sites, cells, 0.0, (LONGEST * context.spacing) as f32)?;
     recorder.submit()?;

@@ -102,7 +102,7 @@ impl Iteration {
 
     /// Iterates until the faces are typical, and builds the lists of the result.
     pub fn relax(&self, device: &Device, model: &Model, seeds: &SitesOnSurface) -> rtfmesh::Result<()> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         let targets: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
         self.record_move(&mut recorder, model, 0)?;
@@ -213,7 +213,7 @@ fn whole(context: &Context) -> Result<Vec<Row>> {
 
 fn put_back(context: &Context) -> Result<()> {
     let it = &context.iteration;
-    let mut recorder = context.device.recorder()?;
+    let mut recorder = Recorder::new(context.device)?;
     recorder.upload(&it.sites, &context.sites)?;
     recorder.upload(&it.site_triangle, &context.under)?;
     it.lists.record_build(&mut recorder, &it.sites)?;

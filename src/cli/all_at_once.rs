@@ -1,9 +1,8 @@
 //! The presets and their settings, on the command line.
 
 use super::heading::SHAPE;
-use rtfmesh::{
-    AllAtOnceOptions, Centroid, Face, Method, Neighbours, Normals, Options, Projection, Quality, Seeding,
-};
+use rtfmesh::options::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Projection, Seeding};
+use rtfmesh::{Method, Options, Quality};
 
 /// A preset to start from and an option for each of its settings. What is not given is the preset's.
 /// `rtfmesh presets` lists the settings, which are hidden in the help of the other commands.

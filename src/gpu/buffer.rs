@@ -2,6 +2,7 @@
 
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
+use crate::gpu::Recorder;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -92,7 +93,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// As [`Buffer::new`].
     pub fn from_slice(device: &Device, name: &str, values: &[T]) -> Result<Self> {
         let buffer = Self::new(device, name, values.len())?;
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         recorder.upload(&buffer, values)?;
         recorder.submit()?;
         Ok(buffer)
@@ -111,7 +112,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// [`Error::Device`].
     pub fn zeroed(self, device: &Device) -> Result<Self> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         recorder.fill(&self, 0)?;
         recorder.submit()?;
         Ok(self)
@@ -122,7 +123,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// [`Error::OutOfMemory`] or [`Error::DeviceLost`].
     pub fn to_vec(&self, device: &Device) -> Result<Vec<T>> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         let copy = recorder.download(self)?;
         recorder.submit()?.read(&copy)
     }

@@ -37,14 +37,14 @@ pub struct DeviceOptions {
     pub timings: bool,
     /// Limits the device to what Vulkan guarantees: 16 KiB of shared memory, 128 invocations per workgroup,
     /// 128 MiB per buffer, no timestamps. For tests.
-    pub least_limits: bool,
+    pub(crate) least_limits: bool,
     /// Maximum number of bytes of one buffer; larger data is divided into several buffers. `None` uses the
     /// device's limit. For tests of large meshes.
-    pub buffer_bytes: Option<u64>,
+    pub(crate) buffer_bytes: Option<u64>,
     /// Most invocations of one dispatch; what is larger is divided. `None`: on a GPU as many as take a fifth
     /// of a second, by measured time, since a system may reset one that does not answer for longer; no limit
     /// on a CPU. Indirect dispatches are not divided; most are short. For tests of large meshes.
-    pub dispatch_threads: Option<usize>,
+    pub(crate) dispatch_threads: Option<usize>,
     /// Whether the device (`true`) or host code (`false`) polishes, fits and checks whole meshes. `None`: the
     /// device, unless it is a CPU and the mesh is so small that starting kernels would take longer. Results
     /// differ by rounding and by the order of flips.
@@ -99,6 +99,16 @@ impl DeviceOptions {
         Self { timings, ..self }
     }
 
+    /// Sets [`DeviceOptions::polish`].
+    #[must_use]
+    pub fn polish(self, polish: impl Into<Option<bool>>) -> Self {
+        Self { polish: polish.into(), ..self }
+    }
+}
+
+/// What tests set.
+#[cfg(feature = "internals")]
+impl DeviceOptions {
     /// Sets [`DeviceOptions::least_limits`].
     #[must_use]
     pub fn least_limits(self, least_limits: bool) -> Self {
@@ -115,12 +125,6 @@ impl DeviceOptions {
     #[must_use]
     pub fn dispatch_threads(self, dispatch_threads: impl Into<Option<usize>>) -> Self {
         Self { dispatch_threads: dispatch_threads.into(), ..self }
-    }
-
-    /// Sets [`DeviceOptions::polish`].
-    #[must_use]
-    pub fn polish(self, polish: impl Into<Option<bool>>) -> Self {
-        Self { polish: polish.into(), ..self }
     }
 }
 
@@ -462,6 +466,7 @@ impl Drop for Shared {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::Recorder;
 
     #[test]
     fn the_budget_is_that_of_the_largest_heap_of_its_own() {
@@ -499,7 +504,7 @@ mod tests {
         let options = DeviceOptions { validation: true, ..DeviceOptions::from_env() };
         let device = Device::open(&options).unwrap();
         let target = crate::gpu::Buffer::<u32>::new(&device, "test.target", 64).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(&device).unwrap();
         recorder.upload(&target, &[1; 64]).unwrap();
         recorder.forget_hazards();
         recorder.upload(&target, &[2; 64]).unwrap();

@@ -62,18 +62,13 @@ const TIMED_PER_POOL: u32 = 512;
 /// More than any kernel binds; checked when sets are allocated.
 const BUFFERS_PER_SET: u32 = 12;
 
-impl Device {
+impl Recorder {
     /// Starts a list of commands.
     ///
     /// # Errors
     /// [`Error::Device`] if the driver has no memory for it.
-    pub fn recorder(&self) -> Result<Recorder> {
-        Recorder::new(&self.shared)
-    }
-}
-
-impl Recorder {
-    fn new(shared: &Arc<Shared>) -> Result<Self> {
+    pub fn new(device: &Device) -> Result<Self> {
+        let shared = &device.shared;
         shared.require_own()?;
         let failed = |e| vk_error("starting a command buffer", e);
         let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(shared.queue_family);

@@ -65,8 +65,7 @@ impl SurfacePoint {
     }
 }
 
-/// Finds where the requested parts of `output` lie on `input`, which `repaired` was made from. `search` is
-/// the repaired mesh in its unit frame; `None` makes a new one.
+/// Finds where the requested parts of `output` lie on `input`, which `repaired` was made from.
 ///
 /// # Errors
 /// [`crate::Error::Input`]: no vertices, a coordinate that is not finite, or no extent;
@@ -76,7 +75,21 @@ pub fn find_correspondence(
     repaired: &Repaired,
     output: &TriMesh,
     request: CorrespondenceRequest,
-    search: Option<Search>,
+    progress: &ProgressToken,
+) -> Result<Correspondence> {
+    find_correspondence_by(None, input, repaired, output, request, progress)
+}
+
+/// As [`find_correspondence`], by a search over the repaired mesh in its unit frame; `None` makes a new one.
+///
+/// # Errors
+/// As [`find_correspondence`].
+pub(crate) fn find_correspondence_by(
+    search: Option<SurfaceSearch>,
+    input: &TriMesh,
+    repaired: &Repaired,
+    output: &TriMesh,
+    request: CorrespondenceRequest,
     progress: &ProgressToken,
 ) -> Result<Correspondence> {
     let frame = UnitFrame::of(&repaired.mesh)?;
@@ -85,7 +98,7 @@ pub fn find_correspondence(
         triangles: mesh.triangles.clone(),
     };
     let (search, points) = rayon::join(
-        || search.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
+        || search.unwrap_or_else(|| SurfaceSearch::new(&unit(&repaired.mesh))),
         || query_points(&unit(output), request),
     );
     // Each point is looked for where `first` says, or else where the one before it was found.
@@ -114,7 +127,7 @@ pub fn find_correspondence(
     Ok(Correspondence { vertices, faces })
 }
 
-/// Points with their ranks among the triangles of a [`Search`].
+/// Points with their ranks among the triangles of a [`SurfaceSearch`].
 type Found = (Vec<SurfacePoint>, Vec<usize>);
 
 /// A point to be found.
@@ -160,7 +173,7 @@ fn query_points(mesh: &TriMesh, request: CorrespondenceRequest) -> Vec<QueryPoin
 }
 
 /// A surface prepared for [`find_correspondence`].
-pub struct Search {
+pub(crate) struct SurfaceSearch {
     /// Of its triangles.
     pub(crate) bvh: Arc<Bvh>,
     /// Of each triangle, of any length.
@@ -169,7 +182,7 @@ pub struct Search {
     pub(crate) origin: Vec<u32>,
 }
 
-impl Search {
+impl SurfaceSearch {
     fn new(surface: &TriMesh) -> Self {
         let normals = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
         Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)), origin: Vec::new() }
@@ -182,7 +195,7 @@ impl Search {
         self.origin.get(found as usize).copied().unwrap_or(found)
     }
 
-    /// As [`Search::find`], but by the search's own numbers.
+    /// As [`SurfaceSearch::find`], but by the search's own numbers.
     fn find_own(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
         let faces_so = |t: u32| self.normals[t as usize].dot(point.normal) > 0.0;
         let same = self.bvh.closest_accepted(point.at, rank, faces_so);
@@ -270,8 +283,7 @@ mod tests {
         let repaired = repair(&mesh).unwrap();
         let progress = ProgressToken::default();
         progress.cancel();
-        let stopped =
-            find_correspondence(&mesh, &repaired, &mesh, CorrespondenceRequest::ALL, None, &progress);
+        let stopped = find_correspondence(&mesh, &repaired, &mesh, CorrespondenceRequest::ALL, &progress);
         assert_eq!(stopped, Err(Error::Cancelled));
     }
 }

@@ -10,7 +10,7 @@ use crate::mesh::correspondence::CorrespondenceRequest;
 macro_rules! setters {
     ($owner:ident, |$options:ident| $place:expr; $($field:ident: $value:ty,)*) => {
         $(
-            #[doc = concat!("Sets [`crate::", stringify!($owner), "::", stringify!($field), "`].")]
+            #[doc = concat!("Sets [`crate::options::", stringify!($owner), "::", stringify!($field), "`].")]
             #[must_use]
             pub fn $field(mut self, $field: $value) -> Self {
                 let $options = &mut self;

@@ -1,6 +1,7 @@
 //! Faces that intersect others, in the input and in a result.
 
 use crate::gpu::Device;
+use crate::gpu::Recorder;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::intersections::{intersecting_faces, intersecting_faces_by};
 use crate::mesh::submesh::extract;
@@ -55,7 +56,7 @@ pub(crate) fn intersecting_on_device(
         return intersecting_faces_by(&in_units(mesh, frame), tree, progress);
     }
     let pairs = IntersectingPairs::new(device, mesh, rounding, None)?;
-    let mut recorder = device.recorder()?;
+    let mut recorder = Recorder::new(device)?;
     pairs.record(&mut recorder)?;
     recorder.submit()?;
     progress.poll()?;

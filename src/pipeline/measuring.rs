@@ -1,7 +1,9 @@
 //! What is measured of a result: its figures, and where it lies on the input.
 
 use crate::measure::{Crossing, Measures, Reference, measure_some};
-use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, find_correspondence};
+use crate::mesh::correspondence::{
+    Correspondence, CorrespondenceRequest, SurfaceSearch, find_correspondence_by,
+};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
 use crate::options::{MeasureDepth, Options, Sizing};
@@ -88,16 +90,16 @@ impl Measuring<'_> {
 /// it.
 ///
 /// # Errors
-/// Those of [`find_correspondence`].
+/// Those of [`find_correspondence_by`].
 pub(crate) fn correspondence_of(
     result: &TriMesh,
     input: &TriMesh,
     repaired: &Repaired,
     options: &Options,
-    search: Option<Search>,
+    search: Option<SurfaceSearch>,
     progress: &ProgressToken,
 ) -> Result<Option<Correspondence>> {
     let request = options.correspondence;
-    let find = || find_correspondence(input, repaired, result, request, search, progress);
+    let find = || find_correspondence_by(search, input, repaired, result, request, progress);
     (request != CorrespondenceRequest::NONE).then(find).transpose()
 }

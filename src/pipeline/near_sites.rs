@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::gpu::Device;
+use crate::gpu::Recorder;
 use crate::stages::neighbours::lists::{ListOptions, Lists};
 use crate::stages::site_layout::SiteLayout;
 use glam::{DVec3, Vec4};
@@ -19,7 +20,7 @@ pub(crate) fn near_sites(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
     let on_device = layout.buffer(device, "default.sites", sites.len())?;
     let lists =
         Lists::new(device, sites.len(), &ListOptions { layout, ..ListOptions::in_blocks(device, LIST) })?;
-    let mut recorder = device.recorder()?;
+    let mut recorder = Recorder::new(device)?;
     recorder.upload(&on_device, &layout.pack(&sites))?;
     lists.record_build(&mut recorder, &on_device)?;
     let near = lists.neighbours.download(&mut recorder)?;

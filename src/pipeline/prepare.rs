@@ -16,7 +16,7 @@ use super::sides::face_as;
 use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
-use crate::mesh::correspondence::{CorrespondenceRequest, Search};
+use crate::mesh::correspondence::{CorrespondenceRequest, SurfaceSearch};
 use crate::mesh::repair::{Repaired, cracks, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved;
@@ -115,7 +115,7 @@ impl Prepared {
 
     /// A search over the repaired mesh in the unit-diagonal frame, if the result's correspondence is asked
     /// for and the model has one.
-    pub fn search(&self, options: &Options) -> Option<Search> {
+    pub fn search(&self, options: &Options) -> Option<SurfaceSearch> {
         let is_needed = self.large.is_none() && options.correspondence != CorrespondenceRequest::NONE;
         self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched(&self.surface.origin))
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::TriMesh;
 use crate::mesh::bvh::{Bvh, PatchTrees};
-use crate::mesh::correspondence::Search;
+use crate::mesh::correspondence::SurfaceSearch;
 use crate::mesh::half_edges::twins;
 use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::triangle::doubled_normal;
@@ -79,8 +79,8 @@ impl Target {
 
     /// The same triangles for [`crate::mesh::correspondence::find_correspondence`]; `origin` has for each its
     /// index in the repaired mesh.
-    pub(crate) fn searched(&self, origin: &[u32]) -> Search {
-        Search {
+    pub(crate) fn searched(&self, origin: &[u32]) -> SurfaceSearch {
+        SurfaceSearch {
             bvh: Arc::clone(&self.tree.bvh),
             normals: Arc::clone(&self.normals),
             origin: origin.to_vec(),

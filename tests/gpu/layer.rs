@@ -5,7 +5,7 @@ use glam::UVec4;
 use rtfmesh::gpu::kernels::ALL;
 use rtfmesh::gpu::kernels::neighbours::tile_bounds;
 use rtfmesh::gpu::kernels::spatial::gather_indices;
-use rtfmesh::gpu::{Buffer, Device, DeviceOptions, Pipeline, Threads};
+use rtfmesh::gpu::{Buffer, Device, DeviceOptions, Pipeline, Recorder, Threads};
 use rtfmesh::{Error, list_devices};
 use std::io::Write;
 use std::process::Command;
@@ -75,7 +75,7 @@ fn long_dispatches_are_divided() {
         let [first, second] = ["test.first", "test.second"]
             .map(|name| Buffer::<u32>::zeros(&device, name, len as usize).unwrap());
         let push = gather_indices::Push { element_count: len };
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(&device).unwrap();
         for (source, target) in [(&order, &first), (&first, &second)] {
             let bindings = gather_indices::Bindings { order: &order, source, target };
             recorder.dispatch(&gather, Threads(len as usize), &push, &bindings).unwrap();
@@ -111,7 +111,7 @@ fn fills_are_ordered_with_dispatches() {
         let order = Buffer::from_slice(device, "test.order", &(0..len).collect::<Vec<u32>>()).unwrap();
         let source = Buffer::from_slice(device, "test.source", &vec![5_u32; len as usize]).unwrap();
         let target = Buffer::<u32>::zeros(device, "test.target", len as usize).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         let push = gather_indices::Push { element_count: len };
         let bindings = gather_indices::Bindings { order: &order, source: &source, target: &target };
         let mut copies = vec![recorder.download(&target).unwrap()];
@@ -137,7 +137,7 @@ fn fills_are_ordered_with_dispatches() {
 #[test]
 fn a_recorder_keeps_what_it_uses() {
     let device = device();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     let copy = {
         let short_lived = Buffer::from_slice(device, "test.short_lived", &[7_u32; 100_000]).unwrap();
         recorder.download(&short_lived).unwrap()
@@ -173,7 +173,7 @@ fn the_device_decides_how_many_workgroups_run() {
     let source = Buffer::from_slice(device, "test.source", &[5_u32; 1000]).unwrap();
     let target = Buffer::from_slice(device, "test.target", &[0_u32; 1000]).unwrap();
     let groups = Buffer::<UVec4>::new(device, "test.groups", 2).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     let push = gather_indices::Push { element_count: 1000 };
     let bindings = gather_indices::Bindings { order: &order, source: &source, target: &target };
     let all = recorder.groups(&gather, Threads(1000));
@@ -205,7 +205,7 @@ fn too_large_buffers_are_refused_by_name() {
     assert!(matches!(&error, Error::OutOfMemory { what, .. } if what == "test.too_large"), "{error}");
     let upload_too_long = {
         let buffer = Buffer::<u32>::new(device(), "test.short", 2).unwrap();
-        device().recorder().unwrap().upload(&buffer, &[1, 2, 3])
+        Recorder::new(device()).unwrap().upload(&buffer, &[1, 2, 3])
     };
     assert!(matches!(upload_too_long, Err(Error::Internal(_))));
 }

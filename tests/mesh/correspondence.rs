@@ -44,15 +44,9 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
     let input = littered(&clean);
     let repaired = repair(&input).unwrap();
     assert_eq!(repaired.origin.len(), clean.triangles.len());
-    let correspondence = find_correspondence(
-        &input,
-        &repaired,
-        &clean,
-        CorrespondenceRequest::ALL,
-        None,
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    let correspondence =
+        find_correspondence(&input, &repaired, &clean, CorrespondenceRequest::ALL, &ProgressToken::default())
+            .unwrap();
     check(&correspondence, &input, &clean);
     for (point, vertex) in correspondence.vertices.iter().zip(&clean.vertices) {
         assert!(point.position(&input).distance(*vertex) < 1e-14);
@@ -81,7 +75,6 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
         &repair(&input).unwrap(),
         &output,
         CorrespondenceRequest::ALL,
-        None,
         &ProgressToken::default(),
     )
     .unwrap();
@@ -113,7 +106,6 @@ fn what_is_not_asked_for_is_not_looked_for() {
             &repaired,
             &output,
             CorrespondenceRequest { vertices, faces },
-            None,
             &ProgressToken::default(),
         )
         .unwrap()

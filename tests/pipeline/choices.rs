@@ -4,10 +4,8 @@ use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{
-    Centroid, Error, Face, Neighbours, Normals, Options, Projection, Remeshed, Seeding, TriMesh, preview,
-    remesh,
-};
+use rtfmesh::options::{Centroid, Face, Neighbours, Normals, Projection, Seeding};
+use rtfmesh::{Error, Options, Remeshed, TriMesh, preview, remesh};
 
 const N: usize = 400;
 

@@ -4,7 +4,8 @@ use crate::support::{assert_valid, device, faults};
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Centroid, Error, Options, Remeshed, TriMesh, remesh};
+use rtfmesh::options::Centroid;
+use rtfmesh::{Error, Options, Remeshed, TriMesh, remesh};
 
 fn short(vertices: usize) -> Options {
     Options::rtf(vertices).iterations(30)

@@ -6,14 +6,15 @@ use crate::support::cell_faces::{DeviceFaces, device_faces};
 use crate::support::polygons::frame;
 use crate::support::{assert_valid, cloud, device, on_sphere, rounded, spacing_on_sphere};
 use glam::{DVec2, DVec3};
-use rtfmesh::Centroid;
+use rtfmesh::gpu::Recorder;
+use rtfmesh::options::Centroid;
 use rtfmesh::stages::centroid::Centroids;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions};
 
 fn targets(of: &DeviceFaces, kind: Centroid) -> Vec<DVec3> {
     let device = device();
     let stage = Centroids::new(device, of.sites.len(), kind, Some(16)).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     stage.record(&mut recorder, &of.sites, &of.normals, &of.faces).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);

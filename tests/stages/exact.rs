@@ -6,6 +6,7 @@ use crate::support::{assert_valid, cloud, device, lattice, on_sphere, rng, round
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::TriMesh;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::restricted_voronoi::RestrictedVoronoi;
@@ -76,7 +77,7 @@ impl Model {
         let lists = Lists::new(device, n, &ListOptions::new(LIST)).unwrap();
         let buffer = upload("test.sites", before);
         let mut rounds = [before, sites].into_iter().enumerate().map(|(round, sites)| {
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             recorder.upload(&buffer, &crate::support::vec4(sites)).unwrap();
             if round == 0 {
                 lists.record_build(&mut recorder, &buffer).unwrap();
@@ -85,7 +86,7 @@ impl Model {
             }
             let parts = cells.record_parts(&mut recorder, &triangles, &buffer, &lists).unwrap();
             let done = recorder.submit().unwrap();
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             let counts =
                 cells.record_cells(device, &mut recorder, &triangles, &buffer, (&done, &parts)).unwrap();
             recorder.submit().unwrap();
@@ -246,7 +247,7 @@ fn aims_are_centroids_with_momentum() {
         (0..65).map(|i| (by.as_vec3() * 0.5).extend(if i % 5 == 0 { 0.0 } else { 0.5 })).collect()
     };
     let step = |by: DVec3| {
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         recorder.upload(&cells.cells, &made(by)).unwrap();
         aim.record(&mut recorder, &buffer, &cells, 0.5, 0.1).unwrap();
         recorder.submit().unwrap();

@@ -5,6 +5,7 @@ use crate::support::shapes::{moved, plane, tetrahedron, torus};
 use crate::support::{assert_valid, device, rng, rounded};
 use glam::DVec3;
 use rand::RngExt;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
@@ -14,7 +15,7 @@ use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
 fn searched(mesh: &TriMesh, rounding: f64, workgroup: Option<u32>) -> IntersectingPairs {
     let device = device();
     let pairs = IntersectingPairs::new(device, mesh, rounding, workgroup).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     pairs.record(&mut recorder).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);

@@ -9,6 +9,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::flags::FlagCounts;
 use rtfmesh::stages::normals::{PlaneFit, SmoothNormals};
@@ -22,7 +23,7 @@ fn on_device(sites: &[DVec3], k: u32, surface: &[DVec3], workgroup: Option<u32>)
     let neighbours = slots(&nearest(sites, sites, others, true), others);
     let own: Vec<u32> = (0..sites.len() as u32).collect();
     let fit = PlaneFit::new(device, sites.len(), k, workgroup).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(
         &mut recorder,
         &upload("test.sites", sites),
@@ -121,7 +122,7 @@ fn smooth(normals: &[DVec3], near: &[Vec<u32>], workgroup: Option<u32>, block: u
     let (device, n) = (device(), normals.len());
     let packed: Vec<u32> = normals.iter().map(|n| pack(*n)).collect();
     let stage = SmoothNormals::new(device, n, false, workgroup).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     let own = Buffer::from_slice(device, "test.surface_normals", &packed).unwrap();
     let blocks = Block::divide(n, block);
     let lists = Blocked::from_slice(device, "test.neighbours", &blocks, &slots(near, RING)).unwrap();
@@ -175,7 +176,7 @@ fn normals_are_means_over_interior_sites_of_the_patch() {
     for (n, workgroup) in [(0, None), (1, None), (63, Some(8)), (64, None), (65, Some(8)), (600, None)] {
         let scene = CurveScene::in_blocks(n, 1, n / 2 + 1);
         let stage = SmoothNormals::new(device(), n, true, workgroup).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         stage.record(&mut recorder, &scene.normals, &scene.neighbours, &scene.sites).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());

@@ -9,6 +9,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots
 use glam::{DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::stages::blocks::{Block, Blocked};
@@ -41,7 +42,7 @@ fn lengths_are_those_of_the_triangle_under_each_site() {
         let sites = Buffer::from_slice(device(), "test.sites", &layout.pack(&vec4(&points))).unwrap();
         let site_triangle = Buffer::from_slice(device(), "test.site_triangle", &under).unwrap();
         let stage = Sizing::new(device(), n, false, layout, workgroup).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         stage.record_lengths(&mut recorder, &sizes, &sites, &site_triangle).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
@@ -104,7 +105,7 @@ fn targets_drift_to_where_edges_are_to_be_short() {
         let inputs =
             PlanarInputs { neighbours: &neighbours, ..PlanarInputs::new(&on_device, &packed, &lists) };
         let (targets, centres) = (upload("test.targets", &wanted), upload("test.centroids", &centroids));
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         recorder.upload(&stage.lengths, &lengths).unwrap();
         stage.record_drift(&mut recorder, &inputs, (&targets, &centres), STEP as f32).unwrap();
         recorder.submit().unwrap();

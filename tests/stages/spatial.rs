@@ -4,6 +4,7 @@ use crate::support::{assert_valid, cloud, device, rng, rounded, upload, vec4};
 use glam::{UVec2, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::spatial::{Scan, Sort, SpatialOrder};
 
 /// Around the workgroups, around the lengths that one invocation walks along, and with several levels of
@@ -26,7 +27,7 @@ fn scans_are_exclusive_sums() {
                 let values = random(size, below, size as u64);
                 let buffer = Buffer::from_slice(device, "test.values", &values).unwrap();
                 let scan = Scan::new(device, size, Some(workgroup)).unwrap();
-                let mut recorder = device.recorder().unwrap();
+                let mut recorder = Recorder::new(device).unwrap();
                 scan.record(&mut recorder, &buffer).unwrap();
                 recorder.submit().unwrap();
                 let mut sum = 0_u32;
@@ -50,7 +51,7 @@ fn assert_sorts(keys: Vec<u32>, bits: u32, workgroup: u32) {
     let device = device();
     let sort = Sort::new(device, keys.len(), bits, Some(workgroup)).unwrap();
     let values: Vec<u32> = (0..keys.len() as u32).map(|i| i ^ 0x5555_5555).collect();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     recorder.upload(&sort.keys, &keys).unwrap();
     recorder.upload(&sort.values, &values).unwrap();
     sort.record(&mut recorder).unwrap();
@@ -104,7 +105,7 @@ fn spatial_order_is_that_of_the_codes() {
         let marks_buffer = Buffer::from_slice(device, "test.marks", &marks).unwrap();
         let sorted = Buffer::<Vec4>::new(device, "test.sorted", size).unwrap();
         let sorted_marks = Buffer::<u32>::new(device, "test.sorted_marks", size).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         order.record(&mut recorder, &buffer).unwrap();
         order.record_vectors(&mut recorder, &buffer, &sorted).unwrap();
         order.record_indices(&mut recorder, &marks_buffer, &sorted_marks).unwrap();

@@ -8,6 +8,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, uploa
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::project::walk::Walk;
 use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::step::{KeepOff, Settle, Step};
@@ -22,7 +23,7 @@ fn steps_move_the_sites_and_sum_up() {
             let (from, to) = (rounded(&cloud(count, 1.0, 4)), rounded(&cloud(count, 1.0, 5)));
             let (sites, target) = (upload("test.sites", &from), upload("test.projected", &to));
             let step = Step::new(device, count, 2, Some(workgroup)).unwrap();
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             step.record(&mut recorder, &target, &sites, 0).unwrap();
             step.record(&mut recorder, &target, &sites, 1).unwrap();
             recorder.submit().unwrap();
@@ -54,7 +55,7 @@ fn settling_moves_the_sites_and_sums_the_steps_to_the_centroids() {
         let walk = Walk::new(device, n, None).unwrap();
         let settle = Settle::new(device, n, 2, None, layout, workgroup).unwrap();
         let sites = layout.buffer(device, "test.sites", n).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         recorder.upload(&walk.projected, &vec4(&places)).unwrap();
         recorder.upload(&walk.normals, &vec4(&normals)).unwrap();
         let targets = Buffer::from_slice(device, "test.targets", &targets).unwrap();
@@ -86,7 +87,7 @@ fn curve_sites_stay_and_only_the_others_count() {
         let walk = Walk::new(device(), n, None).unwrap();
         let settle = Settle::new(device(), n, 1, Some(moving), SiteLayout::Marked, workgroup).unwrap();
         let before = scene.sites.to_vec(device()).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         recorder.upload(&walk.projected, &vec4(&places)).unwrap();
         recorder.upload(&walk.normals, &vec4(&scene.unit)).unwrap();
         recorder.upload(&settle.surface_normals, &vec![7; n]).unwrap();
@@ -123,7 +124,7 @@ fn targets_keep_off_curves() {
         let wanted = rounded(&wanted);
         let targets = upload("test.targets", &wanted);
         let keep_off = KeepOff::new(device(), sized, workgroup).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         let wished = sized.then_some(&on_device);
         keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, wished).unwrap();
         recorder.submit().unwrap();

@@ -4,6 +4,7 @@ use super::{assert_valid, device, slots, upload};
 use crate::reference::knn::nearest;
 use glam::{DVec2, DVec3, Vec2, Vec4};
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::face::cell::{CellFaces, CellOptions};
 use rtfmesh::stages::neighbours::knn::TileBounds;
 
@@ -26,7 +27,7 @@ pub fn device_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -
     let flags = Buffer::from_slice(device, "test.flags", &vec![0_u32; n]).unwrap();
     let bounds = TileBounds::new(device, "test.bounds", n).unwrap();
     let faces = CellFaces::new(device, n, options).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     bounds.record(&mut recorder, &sites).unwrap();
     faces.record(&mut recorder, &sites, &normals, &neighbours, &bounds, &flags).unwrap();
     recorder.submit().unwrap();

@@ -9,6 +9,7 @@ use crate::support::polygons::frame;
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists, NEAR};
@@ -66,7 +67,7 @@ impl CurveScene {
         let sites = Buffer::from_slice(device(), "test.sites", &words).unwrap();
         let blocks = Block::divide(n, block);
         let lists = Lists::new(device(), n, &ListOptions::new(K as u32)).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         lists.record_build(&mut recorder, &sites).unwrap();
         recorder.submit().unwrap();
         Self {

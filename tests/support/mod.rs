@@ -29,7 +29,8 @@ pub fn device() -> &'static Device {
     DEVICE.get_or_init(|| {
         let options = DeviceOptions::from_env().validation(true).timings(true);
         // Together with the least limits, so that all kernels are tested in parts, too.
-        let options = if options.least_limits { options.dispatch_threads(1000) } else { options };
+        let is_least = std::env::var_os("RTFMESH_LEAST_LIMITS").is_some_and(|value| value == "1");
+        let options = if is_least { options.dispatch_threads(1000) } else { options };
         Device::open(&options).expect("tests need a Vulkan device with validation layers: run ci/setup.sh")
     })
 }

@@ -83,7 +83,7 @@ impl<'a> ExactRun<'a> {
         let options = self.options;
         let mut steps = Vec::new();
         let mut summary = ExactSummary::default();
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(self.device)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
         for iteration in 0..options.iterations {
@@ -111,11 +111,11 @@ impl<'a> ExactRun<'a> {
     /// Lists → parts → cells → aim → step, or L-BFGS in place of the last two; returns the root mean square
     /// step.
     fn iteration(&mut self, iteration: u32) -> Result<(ExactCounts, f64)> {
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(self.device)?;
         self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
         let parts = self.cells.record_parts(&mut recorder, &self.triangles, &self.sites, &self.lists)?;
         let downloads = recorder.submit()?;
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(self.device)?;
         let (on, sites) = (&self.triangles, &self.sites);
         let counts = self.cells.record_cells(self.device, &mut recorder, on, sites, (&downloads, &parts))?;
         if self.descent.is_some() {
@@ -144,7 +144,7 @@ impl<'a> ExactRun<'a> {
 
     /// Uploads positions of the sites.
     fn upload(&self, sites: &[Vec4]) -> Result<()> {
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(self.device)?;
         recorder.upload(&self.sites, sites)?;
         recorder.submit().map(|_| ())
     }

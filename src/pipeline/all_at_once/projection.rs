@@ -202,7 +202,7 @@ impl SiteProjection {
     /// # Errors
     /// Those of the device.
     pub fn begin(&self, device: &Device, sites: &Buffer<Vec4>) -> Result<()> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         match &self.planes {
             Planes::Sites(_, onto) => onto.begin(&mut recorder, &self.surface)?,
             Planes::Surface(triangles, _) => triangles.begin(&mut recorder)?,
@@ -222,7 +222,7 @@ impl SiteProjection {
         if let Planes::Cloud(_, _, None) = self.planes {
             let pulled: Vec<Vec4> =
                 projected.to_vec(device)?.iter().map(|p| p.truncate().extend(0.0)).collect();
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             recorder.upload(sites, &pulled)?;
             recorder.submit()?;
         }

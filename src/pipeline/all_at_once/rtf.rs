@@ -118,7 +118,7 @@ impl PlaneFacesRun {
             let check = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
             let end = (begin + pace.iterations).min(check).min(options.iterations);
             pace.begin();
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, iteration)?;
             }
@@ -210,7 +210,7 @@ impl PlaneFacesRun {
 
     /// The faces of the sites as they are now.
     fn faces(&self, device: &Device, surface: &Surface) -> Result<SiteFaces> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         self.record_faces(&mut recorder)?;
         let positions = recorder.download(&self.sites)?;
         let counts = recorder.download(&self.faces.corner_count)?;

@@ -1,7 +1,7 @@
 //! The polish and the fit of a whole mesh by the device.
 
 use super::shared::CoarseToFine;
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
@@ -115,7 +115,7 @@ impl CoarseToFine<'_> {
             }
             let late = round + ANGLE_ROUNDS >= rounds;
             let valence_weight = if late { 0.0 } else { options.valence_weight };
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             flips.record(&mut recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
             relaxation.record(&mut recorder, &on.mesh, surface, &on.under)?;
             recorder.submit()?;
@@ -155,7 +155,7 @@ impl CoarseToFine<'_> {
             if round >= FEW_FIT_ROUNDS && progress.leave_out() {
                 break;
             }
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             fit.record(&mut recorder)?;
             if round == 0 {
                 samples.record_tree(&mut recorder, surface)?;
@@ -164,7 +164,7 @@ impl CoarseToFine<'_> {
             inward.record(&mut recorder, &fit)?;
             recorder.submit()?;
             progress.done(begin + 0.5 / f64::from(options.rounds))?;
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             equations.record(&mut recorder, &fit, &samples, &inward)?;
             equations.record_solve(&mut recorder, &fit, SOLVER_STEPS)?;
             limits.record(&mut recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;

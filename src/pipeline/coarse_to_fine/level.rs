@@ -172,7 +172,7 @@ impl Level {
         progress: &mut ProgressReporter,
     ) -> Result<Relaxed> {
         let mut steps = Vec::new();
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         // The seeds are the first targets; projection onto the surface gives them their normals.
         let targets: Vec<Vec4> = start.sites.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
@@ -190,7 +190,7 @@ impl Level {
             let check = ((begin / PER_CHECK + 1) * PER_CHECK).min(self.iterations);
             let end = (begin + pace.iterations).min(check);
             pace.begin();
-            let mut recorder = device.recorder()?;
+            let mut recorder = Recorder::new(device)?;
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, surface, iteration)?;
             }
@@ -251,7 +251,7 @@ impl Level {
     }
 
     fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         let positions = recorder.download(&self.sites)?;
         let triangles = recorder.download(&self.site_triangle)?;
         let walked = recorder.download(&self.walk.normals)?;

@@ -278,7 +278,7 @@ impl PlanarFaces {
     /// # Errors
     /// As [`Buffer::to_vec`].
     pub fn counts(&self, iteration: u32) -> Result<PlanarCounts> {
-        let mut recorder = self.device.recorder()?;
+        let mut recorder = Recorder::new(&self.device)?;
         let copies = self.download_counts(&mut recorder)?;
         self.read_counts(&recorder.submit()?, &copies, iteration)
     }

@@ -131,7 +131,7 @@ impl Lists {
         let moved = moved::Constants { packed: constants.packed, ..Default::default() };
         let box_count = levels.iter().map(|l| l.padded as usize).sum::<usize>();
         let (boxes_kernel, lists_kernel) = (Pipeline::new(device, boxes)?, Pipeline::new(device, constants)?);
-        let recorder = device.recorder()?;
+        let recorder = Recorder::new(device)?;
         let mut full: Vec<UVec4> =
             levels.iter().map(|l| recorder.groups(&boxes_kernel, Threads(l.padded as usize))).collect();
         let k = options.k as usize;

@@ -1,6 +1,6 @@
 //! A mesh with its half-edges on the device.
 
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec4};
@@ -62,7 +62,7 @@ impl DeviceMesh {
 
     /// Uploads where the vertices are now; `lengths` as in [`crate::polish::ConstrainedMesh`].
     pub(crate) fn write(&self, device: &Device, points: &[DVec3], lengths: &[f64]) -> Result<()> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         recorder.upload(&self.positions, &packed(points, lengths))?;
         recorder.submit().map(drop)
     }
@@ -82,7 +82,7 @@ impl DeviceMesh {
     /// # Errors
     /// As [`crate::gpu::Recorder::submit`].
     pub(crate) fn read_half_edges(&self, device: &Device, half_edges: &mut HalfEdgeMesh) -> Result<()> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         let lists = [&self.states, &self.corners, &self.twins, &self.firsts];
         let lists = lists.map(|list| recorder.download(list));
         let downloads = recorder.submit()?;
@@ -99,7 +99,7 @@ impl DeviceMesh {
     /// # Errors
     /// As [`Buffer::to_vec`].
     pub(crate) fn read_positions(&self, device: &Device, fixed: &[bool], points: &mut [DVec3]) -> Result<()> {
-        let mut recorder = device.recorder()?;
+        let mut recorder = Recorder::new(device)?;
         let positions = recorder.download(&self.positions)?;
         let downloads = recorder.submit()?;
         let positions = downloads.view(&positions)?;

@@ -11,6 +11,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, uploa
 use glam::{DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::face::cell::{CellFaces, CellOptions};
 use rtfmesh::stages::face::planar::{PlanarCounts, PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use rtfmesh::stages::face::polygons::PlanarPolygons;
@@ -45,7 +46,7 @@ impl Scene {
         let lists = Lists::new(device(), positions.len(), options).unwrap();
         let words = options.layout.pack(&vec4(&positions));
         let sites = Buffer::from_slice(device(), "test.sites", &words).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         lists.record_build(&mut recorder, &sites).unwrap();
         recorder.submit().unwrap();
         Self {
@@ -67,7 +68,7 @@ impl Scene {
         let mut off = || DVec3::from_array(std::array::from_fn(|_| step * (rng.random::<f64>() - 0.5)));
         let moved: Vec<DVec3> = self.positions.iter().map(|p| *p + off()).collect();
         self.positions = rounded(&moved);
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         recorder.upload(&self.sites, &vec4(&self.positions)).unwrap();
         self.lists.record_refresh(&mut recorder, &self.sites, 0.5).unwrap();
         recorder.submit().unwrap();
@@ -117,7 +118,7 @@ type Polygon = (Vec<DVec2>, Vec<u32>, u32);
 fn polygons(scene: &Scene, options: &PlanarOptions) -> Vec<Polygon> {
     let n = scene.positions.len();
     let run = PlanarPolygons::new(device(), n, options).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     run.record(&mut recorder, &scene.inputs(), scene.widest as f32).unwrap();
     recorder.submit().unwrap();
     assert_valid(device());
@@ -166,7 +167,7 @@ fn step(momentum: f32, widest: f64) -> PlanarMove {
 
 fn targets(scene: &Scene, options: &PlanarOptions) -> (Vec<Vec4>, PlanarCounts) {
     let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), options).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     faces.record(&mut recorder, &scene.inputs(), &step(0.0, scene.widest)).unwrap();
     recorder.submit().unwrap();
     assert_valid(device());
@@ -261,7 +262,7 @@ fn without_the_walk_undecided_faces_are_what_the_list_makes_of_them() {
         let options = scene.options();
         let (exact, counts) = targets(&scene, &options);
         let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &options).unwrap();
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         let step = PlanarMove { exact: false, ..step(0.0, widest) };
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
@@ -362,7 +363,7 @@ fn the_cell_kernel_gives_the_same_polygons() {
     );
     let normals = upload("test.unit", &scene.unit);
     let flags = Buffer::from_slice(device(), "test.flags", &vec![0_u32; n]).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     bounds.record(&mut recorder, &scene.sites).unwrap();
     cells
         .record(
@@ -447,7 +448,7 @@ fn momentum_adds_the_last_motion() {
     let mut scene = Scene::new(&positions, &normals, 24, 0.2);
     let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &scene.options()).unwrap();
     let run = |scene: &Scene, momentum: f32, iteration: u32| {
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         let step = PlanarMove { iteration, ..step(momentum, scene.widest) };
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
@@ -478,7 +479,7 @@ fn the_longest_move_is_kept() {
     let (positions, normals) = on_sphere(300, 5);
     let scene = Scene::new(&positions, &normals, 24, 0.2);
     let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &scene.options()).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     let step = PlanarMove { largest_move: 1e-3, ..step(0.0, scene.widest) };
     faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
     recorder.submit().unwrap();
@@ -496,7 +497,7 @@ fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
         let options = PlanarOptions { workgroup, ..PlanarOptions::new(K as u32, 1) };
         let faces = PlanarFaces::new(device(), &scene.neighbours.blocks(), &options).unwrap();
         let step = PlanarMove { iteration: 0, momentum: 0.9, largest_move: 10.0, widest: 1.0, exact: true };
-        let mut recorder = device().recorder().unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());

@@ -7,6 +7,7 @@ use crate::support::polygons::{assert_same_polygon, frame};
 use crate::support::{assert_valid, cloud, device, on_sphere, rounded, slots, spacing_on_sphere, upload};
 use glam::{DVec2, DVec3, Vec2};
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces};
 use rtfmesh::stages::face::power::PowerOptions;
 use rtfmesh::stages::flags::FlagCounts;
@@ -25,7 +26,7 @@ fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &PowerOptions) -> F
     let flags = Buffer::from_slice(device, "test.flags", &vec![0_u32; n]).unwrap();
     let bounds = TileBounds::new(device, "test.bounds", n).unwrap();
     let faces = CellFaces::power(device, n, options).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     bounds.record(&mut recorder, &on_device).unwrap();
     faces.record(&mut recorder, &on_device, &along, &neighbours, &bounds, &flags).unwrap();
     recorder.submit().unwrap();
@@ -119,7 +120,7 @@ fn coincident_sites_part_in_power_faces() {
     let bounds = TileBounds::new(device, "test.bounds", 60).unwrap();
     let faces = CellFaces::power(device, 60, &PowerOptions::new(32, spacing_on_sphere(60), 1.0)).unwrap();
     let (sites, normals) = (upload("test.sites", &sites), upload("test.normals", &normals));
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     bounds.record(&mut recorder, &sites).unwrap();
     faces.record(&mut recorder, &sites, &normals, &neighbours, &bounds, &flags).unwrap();
     recorder.submit().unwrap();

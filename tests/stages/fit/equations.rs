@@ -9,6 +9,7 @@ use crate::support::{assert_valid, device, rounded};
 use glam::{DMat3, DVec3, Vec2, Vec4};
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::fit::equations::Equations;
 use rtfmesh::stages::fit::inward::InwardSamples;
 use rtfmesh::stages::fit::mesh::FitMesh;
@@ -40,7 +41,7 @@ fn both(mesh: &TriMesh, surface: &TriMesh, workgroup: u32, steps: u32) -> Both {
     let points = points(surface, mesh, 5);
     let inward = InwardSamples::new(device, &points, mesh.triangles.len(), Some(workgroup)).unwrap();
     let solver = Equations::new(device, mesh.vertices.len(), fit.edges.len(), Some(workgroup)).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(&mut recorder).unwrap();
     samples.record_tree(&mut recorder, &ground.records).unwrap();
     samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();

@@ -8,6 +8,7 @@ use crate::support::{assert_valid, device, rng};
 use glam::DVec3;
 use rand::RngExt;
 use rtfmesh::TriMesh;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
@@ -36,7 +37,7 @@ fn vertices_of_the_surface_find_the_triangles_under_them() {
         let points = &all[..count];
         let fit = FitMesh::new(device, &on_device, Some(workgroup)).unwrap();
         let inward = InwardSamples::new(device, points, mesh.triangles.len(), Some(workgroup)).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         fit.record(&mut recorder).unwrap();
         inward.record(&mut recorder, &fit).unwrap();
         recorder.submit().unwrap();
@@ -84,7 +85,7 @@ fn what_faces_away_from_the_mesh_is_no_sample() {
     let points: Vec<SurfacePoint> = (0..100).map(point).collect();
     let fit = FitMesh::new(device, &on_device, None).unwrap();
     let inward = InwardSamples::new(device, &points, mesh.triangles.len(), None).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(&mut recorder).unwrap();
     inward.record(&mut recorder, &fit).unwrap();
     recorder.submit().unwrap();

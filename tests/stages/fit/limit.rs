@@ -8,6 +8,7 @@ use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::fit::limit::Limits;
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
@@ -20,7 +21,7 @@ fn moved(mesh: &TriMesh, moves: &[DVec3], least: f64, workgroup: u32) -> (TriMes
     let limits = Limits::new(device, mesh.vertices.len(), Some(workgroup)).unwrap();
     let moves: Vec<Vec4> = moves.iter().map(|step| step.as_vec3().extend(0.0)).collect();
     let moves = Buffer::from_slice(device, "test.moves", &moves).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(&mut recorder).unwrap();
     limits.record(&mut recorder, &fit, &moves, least as f32).unwrap();
     recorder.submit().unwrap();

@@ -8,6 +8,7 @@ use crate::support::{assert_valid, device, rounded};
 use glam::{DVec3, Vec4};
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::fit::samples::FaceSamples;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
@@ -29,7 +30,7 @@ fn looked_up(mesh: &TriMesh, ground: &Ground, workgroup: u32, chunk: Option<usiz
     let samples = FaceSamples::new(device, (&fit, &ground.records), Some(workgroup), chunk).unwrap();
     let under: Vec<u32> = mesh.vertices.iter().map(|p| ground.under(*p)).collect();
     let under = Buffer::from_slice(device, "test.under", &under).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(&mut recorder).unwrap();
     samples.record_tree(&mut recorder, &ground.records).unwrap();
     samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();

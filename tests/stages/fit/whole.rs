@@ -7,6 +7,7 @@ use crate::support::shapes::moved;
 use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::polish::{FitOptions, Target};
@@ -47,7 +48,7 @@ fn a_round_is_that_of_the_host() {
     let limits = Limits::new(device, mesh.vertices.len(), None).unwrap();
     let under: Vec<u32> = mesh.vertices.iter().map(|p| ground.under(*p)).collect();
     let under = Buffer::from_slice(device, "test.under", &under).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     fit.record(&mut recorder).unwrap();
     samples.record_tree(&mut recorder, &ground.records).unwrap();
     samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();

@@ -3,6 +3,7 @@
 use crate::reference::knn::nearest;
 use crate::support::{assert_valid, cloud, device, lattice, lists, rounded, upload};
 use glam::DVec3;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::neighbours::knn::{Nearest, TileBounds};
 
 fn on_device(
@@ -16,7 +17,7 @@ fn on_device(
     let (q, p) = (upload("test.queries", queries), upload("test.points", points));
     let search = Nearest::new(device, "test.neighbours", queries.len(), k, exclude_self, workgroup).unwrap();
     let bounds = TileBounds::new(device, "test.bounds", points.len()).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     bounds.record(&mut recorder, &p).unwrap();
     search.record(&mut recorder, &q, &p, &bounds).unwrap();
     recorder.submit().unwrap();
@@ -112,7 +113,7 @@ fn bounds_hold_their_tiles() {
         let points = rounded(&cloud(count, 3.0, 11));
         let buffer = upload("test.points", &points);
         let tiles = TileBounds::new(device, "test.bounds", count).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         tiles.record(&mut recorder, &buffer).unwrap();
         recorder.submit().unwrap();
         let got = tiles.bounds.to_vec(device).unwrap();

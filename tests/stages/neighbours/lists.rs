@@ -6,6 +6,7 @@ use crate::support::{assert_valid, cloud, device, lattice, lists, on_sphere, rng
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::neighbours::lists::{ENDLESS, NEAR};
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::site_layout::SiteLayout;
@@ -17,7 +18,7 @@ fn on_device(sites: &[DVec3], options: &ListOptions) -> (Vec<Vec<u32>>, Vec<f32>
     let packed = options.layout.pack(&vec4(sites));
     let buffer = Buffer::from_slice(device, "test.sites", &packed).unwrap();
     let made = Lists::new(device, sites.len(), options).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     made.record_build(&mut recorder, &buffer).unwrap();
     recorder.submit().unwrap();
     let found = lists(&made.neighbours.to_vec(device).unwrap(), sites.len());
@@ -32,7 +33,7 @@ fn on_device(sites: &[DVec3], options: &ListOptions) -> (Vec<Vec<u32>>, Vec<f32>
 fn sorted(sites: &[DVec3]) -> Vec<DVec3> {
     let device = device();
     let order = SpatialOrder::new(device, sites.len()).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     order.record(&mut recorder, &upload("test.unsorted", sites)).unwrap();
     recorder.submit().unwrap();
     order.order().to_vec(device).unwrap().iter().map(|i| sites[*i as usize]).collect()
@@ -200,14 +201,14 @@ fn lists_stay_valid_while_sites_move() {
         let buffer = Buffer::from_slice(device, "test.sites", &layout.pack(&sites)).unwrap();
         let options = ListOptions { block: Some(250), layout, ..ListOptions::new(24) };
         let made = Lists::new(device, count, &options).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         made.record_build(&mut recorder, &buffer).unwrap();
         recorder.submit().unwrap();
         let mut builds = Vec::new();
         for _ in 0..12 {
             // A reach is about 0.16 here.
             walk(&mut sites, 0.08 * max_rho);
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             recorder.upload(&buffer, &layout.pack(&sites)).unwrap();
             made.record_refresh(&mut recorder, &buffer, max_rho).unwrap();
             recorder.submit().unwrap();
@@ -239,7 +240,7 @@ fn lists_made_again_are_those_made_of_nothing() {
             let mut sites = vec4(&sorted(&start));
             let buffer = Buffer::from_slice(device, "test.sites", &options.layout.pack(&sites)).unwrap();
             let again = Lists::new(device, sites.len(), &options).unwrap();
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             again.record_build(&mut recorder, &buffer).unwrap();
             recorder.submit().unwrap();
             // Moves within a list's reach, then a jump of some to where others are, then all to one spot.
@@ -254,12 +255,12 @@ fn lists_made_again_are_those_made_of_nothing() {
                         _ => sites[i],
                     };
                 }
-                let mut recorder = device.recorder().unwrap();
+                let mut recorder = Recorder::new(device).unwrap();
                 recorder.upload(&buffer, &options.layout.pack(&sites)).unwrap();
                 again.record_refresh(&mut recorder, &buffer, -1.0).unwrap();
                 recorder.submit().unwrap();
                 let anew = Lists::new(device, sites.len(), &options).unwrap();
-                let mut recorder = device.recorder().unwrap();
+                let mut recorder = Recorder::new(device).unwrap();
                 anew.record_build(&mut recorder, &buffer).unwrap();
                 recorder.submit().unwrap();
                 let lists = |lists: &Lists| lists.neighbours.to_vec(device).unwrap();
@@ -277,7 +278,7 @@ fn many_refreshes_need_no_host() {
     let (points, _) = on_sphere(300, 8);
     let sites = upload("test.sites", &sorted(&points));
     let made = Lists::new(device, 300, &ListOptions::new(16)).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     made.record_build(&mut recorder, &sites).unwrap();
     for _ in 0..3 {
         made.record_refresh(&mut recorder, &sites, 0.1).unwrap();

@@ -6,6 +6,7 @@ use crate::support::shapes::{mesh, plane, sphere, tetrahedron, union};
 use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::TriMesh;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::polish::flip::{Flips, PASSES};
 use rtfmesh::stages::polish::mesh::DeviceMesh;
 use std::collections::HashSet;
@@ -18,7 +19,7 @@ fn flipped(mesh: &TriMesh, weight: f32, sweeps: &[(u32, u32)], workgroup: u32) -
     let on_device = DeviceMesh::new(device(), mesh).unwrap();
     let (vertices, triangles) = (mesh.vertices.len(), mesh.triangles.len());
     let flips = Flips::new(device(), vertices, triangles, Some(workgroup)).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     for sweep in sweeps {
         flips.record(&mut recorder, &on_device, weight, *sweep).unwrap();
     }

@@ -7,6 +7,7 @@ use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
 use rtfmesh::stages::polish::relax::Relaxation;
 
@@ -18,14 +19,14 @@ impl Ground {
         if let Some(lengths) = lengths {
             let positions = mesh.vertices.iter().zip(lengths);
             let positions: Vec<_> = positions.map(|(p, l)| p.as_vec3().extend(*l as f32)).collect();
-            let mut recorder = device.recorder().unwrap();
+            let mut recorder = Recorder::new(device).unwrap();
             recorder.upload(&on_device.positions, &positions).unwrap();
             recorder.submit().unwrap();
         }
         let under: Vec<u32> = mesh.vertices.iter().map(|p| self.under(*p)).collect();
         let under = Buffer::from_slice(device, "test.under", &under).unwrap();
         let relaxation = Relaxation::new(device, mesh.vertices.len(), Some(workgroup)).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         relaxation.record(&mut recorder, &on_device, &self.records, &under).unwrap();
         recorder.submit().unwrap();
         assert_valid(device);

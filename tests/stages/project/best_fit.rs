@@ -5,6 +5,7 @@ use crate::reference::knn::nearest;
 use crate::support::{assert_valid, cloud, device, rounded, slots, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::{Surface, SurfaceBuffers};
@@ -29,7 +30,7 @@ fn sites_are_pulled_to_the_planes_of_their_vertices() {
         let near = nearest(&targets, &vertices, k, false);
         let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();
         let fit = BestFit::new(device, &surface, count, (k as u32, LONGEST), Some(workgroup)).unwrap();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         let buffer = upload("test.targets", &targets);
         fit.record(&mut recorder, &buffer, &neighbours, &SurfaceBuffers::new(device, &surface).unwrap())
             .unwrap();

@@ -6,6 +6,7 @@ use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
@@ -59,11 +60,11 @@ impl Model {
             normals: walk.normals.to_vec(device).unwrap(),
             under: under.to_vec(device).unwrap(),
         };
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         walk.record(&mut recorder, &targets, &self.records, &under).unwrap();
         recorder.submit().unwrap();
         let walked = landed();
-        let mut recorder = device.recorder().unwrap();
+        let mut recorder = Recorder::new(device).unwrap();
         bvh.record(&mut recorder, &self.records).unwrap();
         closest.record(&mut recorder, &targets, &self.records, &bvh, (&walk).into(), &under).unwrap();
         recorder.submit().unwrap();

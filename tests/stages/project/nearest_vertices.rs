@@ -6,6 +6,7 @@ use crate::support::{assert_valid, cloud, device, rounded, slots, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::{Surface, SurfaceBuffers};
@@ -19,7 +20,7 @@ fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let neighbours = slots(&near, k as usize);
     let project = NearestVertices::new(device, targets.len(), k, Some(workgroup)).unwrap();
     let under = Buffer::<u32>::new(device, "test.site_triangle", targets.len()).unwrap();
-    let mut recorder = device.recorder().unwrap();
+    let mut recorder = Recorder::new(device).unwrap();
     let buffer = upload("test.targets", &targets);
     let neighbours = Buffer::from_slice(device, "test.neighbours", &neighbours).unwrap();
     project

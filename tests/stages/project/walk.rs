@@ -6,6 +6,7 @@ use crate::support::{assert_valid, cloud, device, rounded, upload};
 use glam::DVec3;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::gpu::Recorder;
 use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
@@ -60,7 +61,7 @@ fn walks_end_in_their_patch_with_its_normal() {
     let from: Vec<u32> = (0..n as u32).map(|i| i % 12).collect();
     let walk = Walk::new(device(), n, None).unwrap();
     let under = Buffer::from_slice(device(), "test.site_triangle", &from).unwrap();
-    let mut recorder = device().recorder().unwrap();
+    let mut recorder = Recorder::new(device()).unwrap();
     walk.record(&mut recorder, &upload("test.targets", &targets), &records, &under).unwrap();
     recorder.submit().unwrap();
     assert_valid(device());
