@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
 use rtfmesh::TriMesh;
-use rtfmesh::cli::call::{Wanted, curve_lines, inspected, measured};
+use rtfmesh::cli::call::{Wanted, curve_lines, inspect_json, measure_json};
 use rtfmesh::io::Loaded;
 use rtfmesh::picture::{Panel, PictureOptions, View, distance_colours, png, quality_colours, rgba};
 use std::path::PathBuf;
@@ -25,7 +25,7 @@ pub fn measure(
 ) -> PyResult<String> {
     let (own, reference) = (mesh(&given)?, against.as_ref().map(mesh).transpose()?);
     let wanted = Wanted { accuracy, energy, feature_angle };
-    watched_work(py, |progress| measured(&own, reference.as_ref(), &wanted, progress))
+    watched_work(py, |progress| measure_json(&own, reference.as_ref(), &wanted, progress))
 }
 
 /// The topology, repairs and features as JSON.
@@ -45,7 +45,7 @@ pub fn inspect(
             Some(path) => Some(rtfmesh::FeatureLines::read(path)?),
             None => lines,
         };
-        inspected(&loaded, vertices, feature_angle, lines.as_ref())
+        inspect_json(&loaded, vertices, feature_angle, lines.as_ref())
     })
 }
 

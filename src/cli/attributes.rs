@@ -153,7 +153,7 @@ fn borders(names: &[String], mesh: &TriMesh, attributes: &Attributes) -> rtfmesh
 }
 
 /// The input's attributes for the result, if the run was asked for them.
-pub fn carried(mesh: &TriMesh, attributes: &Attributes, result: &Remeshed) -> Attributes {
+pub fn carry_attributes(mesh: &TriMesh, attributes: &Attributes, result: &Remeshed) -> Attributes {
     match &result.correspondence {
         Some(correspondence) => transfer(attributes, mesh, correspondence, &result.mesh),
         None => Attributes::default(),

@@ -113,7 +113,7 @@ impl Values {
         closed: bool,
         keep_specks: bool,
     ) -> Result<Self> {
-        Ok(Self { volume, args: VolumeArgs::of(iso, inside, keep_specks)?, closed })
+        Ok(Self { volume, args: VolumeArgs::from_words(iso, inside, keep_specks)?, closed })
     }
 }
 
@@ -132,7 +132,7 @@ impl Points {
     /// # Errors
     /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
     pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
-        Ok(Self { normals, holes: HoleArgs::of(closed, fill_holes, points_as)? })
+        Ok(Self { normals, holes: HoleArgs::from_words(closed, fill_holes, points_as)? })
     }
 
     /// These normals with the vertices of what was loaded, and their attributes.
@@ -272,7 +272,7 @@ fn may_lack_value(arg: &clap::Arg) -> bool {
 ///
 /// # Errors
 /// Those of [`rtfmesh::measure::measure_with_progress`].
-pub fn measured(
+pub fn measure_json(
     mesh: &TriMesh,
     reference: Option<&TriMesh>,
     wanted: &Wanted,
@@ -286,7 +286,7 @@ pub fn measured(
 /// # Errors
 /// Those of [`rtfmesh::mesh::features::find_features`], and [`Error::Input`] for lines that do not run along
 /// edges.
-pub fn inspected(
+pub fn inspect_json(
     loaded: &Loaded,
     vertices: Option<usize>,
     feature_angle: f64,
@@ -298,7 +298,7 @@ pub fn inspected(
 /// The lines that `render --curves` draws over a mesh, by their ends.
 ///
 /// # Errors
-/// As [`inspected`].
+/// As [`inspect_json`].
 pub fn curve_lines(mesh: &TriMesh) -> Result<Vec<[DVec3; 2]>> {
     render::curves(mesh)
 }

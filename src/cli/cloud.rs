@@ -53,7 +53,7 @@ impl HoleArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
-    pub fn of(closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
+    pub fn from_words(closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
         if closed && fill_holes.is_some() {
             return Err(Error::usage("--closed and --fill-holes exclude each other", "remove one of them"));
         }
@@ -98,7 +98,7 @@ impl HoleArgs {
     /// Those of [`surface_with_progress`].
     pub fn surface(&self, cloud: &PointCloud, progress: impl FnMut(Progress) -> Flow) -> Result<Loaded> {
         let found = surface_with_progress(cloud, &self.options(cloud)?, progress)?;
-        let (notes, warnings) = (told(cloud, &found), warnings(cloud, &found));
+        let (notes, warnings) = (surface_notes(cloud, &found), surface_warnings(cloud, &found));
         Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, warnings, unread_images: 0 })
     }
 }
@@ -184,7 +184,7 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
 }
 
 /// What the user must know of the surface.
-fn warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, String)> {
+fn surface_warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, String)> {
     let mut warnings = Vec::new();
     if found.normals_disagree {
         let text = "neighbouring points have opposite normals, so all normals were computed from the points; \
@@ -203,7 +203,7 @@ fn warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, Strin
 }
 
 /// What became of the points.
-fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
+fn surface_notes(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
     let kind = if found.is_terrain { "a terrain seen from above" } else { "a surface" };
     let mut notes = vec![format!(
         "a point cloud ({}, spacing {:.3e}): {kind} of {} was made from it",

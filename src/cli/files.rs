@@ -53,16 +53,16 @@ impl InputFormat {
 
     /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        self.of_other(path).load(path)
+        self.for_other_file(path).load(path)
     }
 
     /// As [`InputFormat::load_other`], or points without faces.
     pub fn load_other_or_points(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        let loaded = self.of_other(path).load_any(path, false)?.mesh_or_points();
+        let loaded = self.for_other_file(path).load_any(path, false)?.mesh_or_points();
         loaded.map_err(|error| error.in_file(input_name(path)))
     }
 
-    fn of_other(&self, path: &Path) -> Self {
+    fn for_other_file(&self, path: &Path) -> Self {
         let input_format = self.input_format.filter(|_| is_standard(path));
         Self { input_format, files_from: self.files_from.clone() }
     }

@@ -1,7 +1,7 @@
 //! The job of remeshing one mesh: its surface, its number of vertices, its attributes, the run and the
 //! warnings. `remesh`, `batch` and other programs' calls differ in where input and output are.
 
-use super::attributes::{AttributeArgs, carried};
+use super::attributes::{AttributeArgs, carry_attributes};
 use super::cloud::{HoleArgs, size_by_points};
 use super::files::tell_notes;
 use super::method::{MethodArgs, refuse_messages};
@@ -141,7 +141,7 @@ impl<'a> RemeshJob<'a> {
         }
         let attributes = match self.attributes.drops_all() {
             true => Attributes::default(),
-            false => carried(mesh, &self.loaded.attributes, &result),
+            false => carry_attributes(mesh, &self.loaded.attributes, &result),
         };
         Ok(Finished { result, attributes, is_cut_short })
     }

@@ -17,7 +17,7 @@ pub fn page(program: &Command) -> String {
     page += "\n## Files, exit codes, environment\n";
     let notes = program.get_after_long_help().map(ToString::to_string);
     for line in notes.unwrap_or_default().lines() {
-        page += &format!("\n{}", wrapped(line, "", ""));
+        page += &format!("\n{}", wrap(line, "", ""));
     }
     page
 }
@@ -26,7 +26,7 @@ fn section(command: &Command) -> String {
     let mut text = format!("\n## {}\n\n", command.get_bin_name().unwrap_or_else(|| command.get_name()));
     let about = command.get_long_about().or(command.get_about()).map(ToString::to_string);
     for paragraph in about.unwrap_or_default().split("\n\n") {
-        text += &format!("{}\n", wrapped(&ended(paragraph), "", ""));
+        text += &format!("{}\n", wrap(&with_period(paragraph), "", ""));
     }
     let usage = command.clone().render_usage().to_string();
     text += &format!("    {}\n\n", usage.trim_start_matches("Usage: ").trim_end());
@@ -55,16 +55,16 @@ fn section(command: &Command) -> String {
 /// An argument with its help, its default and its values.
 fn item(arg: &Arg) -> String {
     let help = arg.get_long_help().or(arg.get_help()).map(ToString::to_string).unwrap_or_default();
-    let mut text = format!("{}: {}", name(arg), ended(&help.replace("\n\n", ". ")));
+    let mut text = format!("{}: {}", name(arg), with_period(&help.replace("\n\n", ". ")));
     let default: Vec<_> = arg.get_default_values().iter().filter_map(|value| value.to_str()).collect();
     if !default.is_empty() && arg.get_action().takes_values() {
         text += &format!(" Default: {}.", default.join(" "));
     }
-    let mut text = wrapped(&text, "- ", "  ");
+    let mut text = wrap(&text, "- ", "  ");
     for value in arg.get_possible_values() {
         let help = value.get_help().map(ToString::to_string);
-        let line = help.map_or_else(String::new, |help| format!(": {}", ended(&help)));
-        text += &wrapped(&format!("`{}`{line}", value.get_name()), "  - ", "    ");
+        let line = help.map_or_else(String::new, |help| format!(": {}", with_period(&help)));
+        text += &wrap(&format!("`{}`{line}", value.get_name()), "  - ", "    ");
     }
     text
 }
@@ -84,12 +84,12 @@ fn name(arg: &Arg) -> String {
 }
 
 /// Clap takes the last period away.
-fn ended(text: &str) -> String {
+fn with_period(text: &str) -> String {
     if text.ends_with(['.', ']']) { text.to_owned() } else { format!("{text}.") }
 }
 
 /// Words in lines of at most [`WIDTH`] columns.
-fn wrapped(text: &str, first: &str, next: &str) -> String {
+fn wrap(text: &str, first: &str, next: &str) -> String {
     let mut lines = String::new();
     let mut line = first.to_owned();
     let mut is_empty = true;

@@ -81,7 +81,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Err(error) => return no_command(&error),
     };
     let outcome = match cli.command {
-        Command::Remesh(args) => return ended(remesh::run(&args)),
+        Command::Remesh(args) => return tell_outcome(remesh::run(&args)),
         Command::Batch(args) => batch::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
@@ -92,7 +92,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
     };
-    ended(outcome.map(|()| 0))
+    tell_outcome(outcome.map(|()| 0))
 }
 
 /// The arguments with the command that `rtfmesh scan.ply out.ply` leaves out: where the first one names a
@@ -115,19 +115,19 @@ fn help(args: &[OsString], short: clap::Error) -> clap::Error {
     if !words.iter().any(|word| word == "--help") && words.first().is_none_or(|word| word != "help") {
         return short;
     }
-    let mut program = in_short_layout(Cli::command());
+    let mut program = with_short_layout(Cli::command());
     let mut names = program.get_subcommands().map(|command| command.get_name().to_owned());
     let command = names.find(|name| words.iter().any(|word| word == name.as_str()));
     drop(names);
     if let Some(name) = &command {
-        program = program.mut_subcommand(name, in_short_layout);
+        program = program.mut_subcommand(name, with_short_layout);
     }
     let asked = [Some(env!("CARGO_PKG_NAME")), command.as_deref(), Some("-h")];
     program.try_get_matches_from(asked.into_iter().flatten()).err().unwrap_or(short)
 }
 
 /// A command whose short help has everything that its long help has, but for explanations of options.
-fn in_short_layout(mut command: clap::Command) -> clap::Command {
+fn with_short_layout(mut command: clap::Command) -> clap::Command {
     if let Some(about) = command.get_long_about().cloned() {
         command = command.about(about);
     }
@@ -138,7 +138,7 @@ fn in_short_layout(mut command: clap::Command) -> clap::Command {
 }
 
 /// The exit code, after telling of an error.
-fn ended(outcome: anyhow::Result<u8>) -> u8 {
+fn tell_outcome(outcome: anyhow::Result<u8>) -> u8 {
     progress::end_by_itself();
     match outcome {
         Ok(code) => code,

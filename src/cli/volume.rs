@@ -76,7 +76,7 @@ impl VolumeArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] for another side.
-    pub fn of(iso: Option<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
+    pub fn from_words(iso: Option<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
         let side = |word: &str| {
             Side::from_str(word, false).map_err(|_| {
                 Error::usage(format!("--inside: expected `above` or `below`, got {word}"), "use one of them")
@@ -136,14 +136,14 @@ impl VolumeArgs {
             Some(Side::Below) => Inside::Below,
         });
         let found = iso_surface_with_progress(volume, &asked, progress)?;
-        let mut notes = vec![told(volume, iso, &found)];
+        let mut notes = vec![surface_note(volume, iso, &found)];
         let text = "smaller than 8 voxels or a thousandth of the largest part";
-        notes.extend(specks_told(found.specks, text));
+        notes.extend(specks_note(found.specks, text));
         if found.handles > 0 {
             let words = ["small handle was removed", "small handles were removed"];
             notes.push(format!("{} as noise (--keep-specks keeps handles)", counted(found.handles, words)));
         }
-        let warnings = coarse(found.step);
+        let warnings = coarse_warning(found.step);
         let loaded = Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() };
         Ok(VolumeSurface { loaded, rim: found.rim })
     }
@@ -162,8 +162,8 @@ impl VolumeArgs {
             counted(found.labels, ["label", "labels"]),
             counted(found.mesh.triangles.len(), ["triangle", "triangles"])
         )];
-        notes.extend(specks_told(found.specks, "smaller than 64 voxels"));
-        let (attributes, warnings) = (found.attributes, coarse(found.step));
+        notes.extend(specks_note(found.specks, "smaller than 64 voxels"));
+        let (attributes, warnings) = (found.attributes, coarse_warning(found.step));
         let loaded = Loaded { mesh: found.mesh, attributes, notes, warnings, unread_images: 0 };
         Ok(VolumeSurface { loaded, rim: found.rim })
     }
@@ -195,14 +195,14 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
 }
 
 /// What was left out as specks, if there were some.
-fn specks_told(specks: usize, which: &str) -> Option<String> {
+fn specks_note(specks: usize, which: &str) -> Option<String> {
     let (parts, were, them) = if specks == 1 { ("speck", "was", "it") } else { ("specks", "were", "them") };
     let text = format!("{specks} {parts} {which} {were} left out as noise (--keep-specks keeps {them})");
     (specks > 0).then_some(text)
 }
 
 /// The warning that not all nodes were used, if so.
-fn coarse(step: usize) -> Vec<(WarningCode, String)> {
+fn coarse_warning(step: usize) -> Vec<(WarningCode, String)> {
     let text = format!(
         "the surface is that of one in {step} values along each axis, to finish early: give more time for all"
     );
@@ -210,7 +210,7 @@ fn coarse(step: usize) -> Vec<(WarningCode, String)> {
 }
 
 /// What became of the volume.
-fn told(volume: &Volume, iso: f64, found: &IsoSurface) -> String {
+fn surface_note(volume: &Volume, iso: f64, found: &IsoSurface) -> String {
     let [x, y, z] = volume.size;
     let (side, other) = match found.inside {
         Inside::Below => ("smaller", "above"),

@@ -54,7 +54,7 @@ impl Shard {
     }
 
     /// Its share of the jobs.
-    pub fn of(self, jobs: Vec<Job>) -> Vec<Job> {
+    pub fn select(self, jobs: Vec<Job>) -> Vec<Job> {
         jobs.into_iter().skip(self.number - 1).step_by(self.of).collect()
     }
 }

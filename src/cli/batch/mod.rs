@@ -163,7 +163,7 @@ pub fn run(args: &Args) -> Result<()> {
     refuse_overwriting(args, &jobs, &log_path)?;
     options.coarse_to_fine.features = args.method.read_features()?;
     let jobs = match args.output.shard()? {
-        Some(shard) => shard.of(jobs),
+        Some(shard) => shard.select(jobs),
         None => jobs,
     };
     make_folder(&args.output.out)?;

@@ -24,14 +24,14 @@ struct Row {
     seconds: f64,
     #[serde(serialize_with = "cell_or_none")]
     error: Option<String>,
-    #[serde(deserialize_with = "joined", serialize_with = "cell")]
+    #[serde(deserialize_with = "join_list", serialize_with = "cell")]
     warnings: String,
-    #[serde(deserialize_with = "joined", serialize_with = "cell")]
+    #[serde(deserialize_with = "join_list", serialize_with = "cell")]
     notes: String,
     asked: String,
 }
 
-fn joined<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<String, D::Error> {
+fn join_list<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<String, D::Error> {
     Ok(Vec::<String>::deserialize(list)?.join("; "))
 }
 
