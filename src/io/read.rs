@@ -203,7 +203,7 @@ fn decode(
         }
     };
     let bytes = if format.is_always_text() { without_padding(&bytes) } else { &bytes };
-    let input = parsed(format, bytes, references, with_materials)?;
+    let input = parse(format, bytes, references, with_materials)?;
     notes.extend(references.note());
     Ok(match input {
         Input::Mesh(mut loaded) => {
@@ -217,7 +217,7 @@ fn decode(
     })
 }
 
-fn parsed(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Input> {
+fn parse(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Input> {
     match format {
         Format::Obj => obj::parse(bytes, references, with_materials).map(Input::Mesh),
         Format::Ply => ply::parse(bytes).map(Input::Mesh),

@@ -24,7 +24,7 @@ const FAN: u32 = 6;
 /// Primitives that any scene may have.
 const MOST_PRIMITIVES: u64 = 1 << 17;
 
-fn repeated(place: &str) -> Error {
+fn repeat_error(place: &str) -> Error {
     let problem = "the scene repeats its meshes too often";
     Error::input(Some(place.to_owned()), problem, "write fewer copies of them")
 }
@@ -158,7 +158,7 @@ impl SceneMerger<'_> {
             self.primitives += 1;
             // Each takes a few bytes of the file, even if it has no triangles, unless nodes share meshes.
             if self.primitives > MOST_PRIMITIVES.max(self.buffers.read_bytes()) {
-                return Err(repeated(&place));
+                return Err(repeat_error(&place));
             }
             if !(TRIANGLES..=FAN).contains(&primitive.mode.unwrap_or(TRIANGLES)) {
                 self.ignored_primitives += 1;
@@ -209,7 +209,7 @@ impl SceneMerger<'_> {
     /// Refuses to add so many bytes to the mesh if that makes it very much larger than the file.
     fn check_size(&self, added_bytes: usize, place: &str) -> Result<()> {
         let bytes = self.size().saturating_add(added_bytes);
-        if outgrows(bytes as u64, self.buffers.read_bytes()) { Err(repeated(place)) } else { Ok(()) }
+        if outgrows(bytes as u64, self.buffers.read_bytes()) { Err(repeat_error(place)) } else { Ok(()) }
     }
 
     /// Bytes of the mesh with its attributes.

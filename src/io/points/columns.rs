@@ -42,7 +42,7 @@ pub(super) fn usual_name(name: &str) -> String {
 ///
 /// # Errors
 /// [`Error::Input`] without x, y and z, without points, and for coordinates that are not finite.
-pub(super) fn loaded(
+pub(super) fn load_columns(
     mut columns: Vec<Column>,
     skips_missing: bool,
     place: &dyn Fn(usize) -> String,
@@ -96,10 +96,10 @@ fn attributes(mut columns: Vec<Column>) -> Vec<Attribute> {
         // Other numbers than 0 to 255 or 0 to 1 are no colour that anybody knows.
         let is_colour = kind != Kind::F64 || values().all(|value| (0.0..=1.0).contains(value));
         let role = if is_colour { Role::Colour } else { Role::Other };
-        found.push(joined("colour", role, kind, &colour));
+        found.push(join_columns("colour", role, kind, &colour));
     }
     if let Some(normal) = take(&mut columns, &["nx", "ny", "nz"]) {
-        found.push(joined("normal", Role::Normal, Kind::F64, &normal));
+        found.push(join_columns("normal", Role::Normal, Kind::F64, &normal));
     }
     let other =
         |column: Column| Attribute::new(&excerpt(&column.name), Role::Other, column.kind, 1, column.values);
@@ -107,7 +107,7 @@ fn attributes(mut columns: Vec<Column>) -> Vec<Attribute> {
     found
 }
 
-fn joined(name: &str, role: Role, kind: Kind, columns: &[Column]) -> Attribute {
+fn join_columns(name: &str, role: Role, kind: Kind, columns: &[Column]) -> Attribute {
     let count = columns.first().map_or(0, |column| column.values.len());
     let values = (0..count).flat_map(|i| columns.iter().map(move |column| column.values[i])).collect();
     Attribute::new(name, role, kind, columns.len(), values)

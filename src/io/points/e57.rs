@@ -4,8 +4,8 @@ use std::io::Cursor;
 
 use e57::{CartesianCoordinate, E57Reader, Point, PointCloud, RecordDataType};
 
-use super::columns::{Column, loaded, without_position};
-use super::{broken, guarded};
+use super::columns::{Column, load_columns, without_position};
+use super::{broken_file, without_panics};
 use crate::grammar::counted;
 use crate::io::checks::{check_vertex_count, excerpt, expands_too_far};
 use crate::io::loaded::Loaded;
@@ -21,32 +21,32 @@ pub(crate) fn starts(bytes: &[u8]) -> bool {
 }
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
-    guarded(|| read(bytes))
+    without_panics(|| read(bytes))
 }
 
 fn read(bytes: &[u8]) -> Result<Loaded> {
-    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(refused)?;
+    let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(e57_error)?;
     let scans = reader.pointclouds();
     let count = scans.iter().fold(0_u64, |sum, scan| sum.saturating_add(scan.records));
     check_vertex_count(count.max(1))?;
     if expands_too_far(count.saturating_mul(POINT_BYTES), bytes.len() as u64) {
-        return Err(broken(format!("it declares {count} points, more than fit into it")));
+        return Err(broken_file(format!("it declares {count} points, more than fit into it")));
     }
     let mut columns = Columns::default();
     for scan in &scans {
         check_takes_room(scan)?;
-        let mut points = reader.pointcloud_simple(scan).map_err(refused)?;
+        let mut points = reader.pointcloud_simple(scan).map_err(e57_error)?;
         points.intensity_to_color(false);
         points.normalize_intensity(false);
         for point in points {
-            columns.add(&point.map_err(refused)?);
+            columns.add(&point.map_err(e57_error)?);
         }
     }
-    columns.finished(scans.len())
+    columns.finish(scans.len())
 }
 
-fn refused(error: e57::Error) -> Error {
-    broken(excerpt(&error.to_string()))
+fn e57_error(error: e57::Error) -> Error {
+    broken_file(excerpt(&error.to_string()))
 }
 
 /// Refuses scans whose points have the same numbers all, which take no bytes: nothing bounds them.
@@ -58,7 +58,7 @@ fn check_takes_room(scan: &PointCloud) -> Result<()> {
     if scan.records <= 1 || scan.prototype.iter().any(|record| takes_room(&record.data_type)) {
         return Ok(());
     }
-    Err(broken("all points of a scan are at one place"))
+    Err(broken_file("all points of a scan are at one place"))
 }
 
 /// The numbers of the points so far.
@@ -89,7 +89,7 @@ impl Columns {
         }
     }
 
-    fn finished(self, scans: usize) -> Result<Loaded> {
+    fn finish(self, scans: usize) -> Result<Loaded> {
         let mut notes = Vec::new();
         if scans > 1 {
             notes.push(format!("{scans} scans were joined, each placed by its pose"));
@@ -116,6 +116,6 @@ impl Columns {
                 notes.push(format!("{what} were left out: {points} none"));
             }
         }
-        loaded(columns, false, &|i| format!("point {i}"), notes)
+        load_columns(columns, false, &|i| format!("point {i}"), notes)
     }
 }

@@ -7,8 +7,8 @@ use las::{Header, PointDataBuilder, Reader};
 use laz::laszip::ChunkTable;
 use laz::{LazItem, LazItemType, LazVlr};
 
-use super::columns::{Column, loaded};
-use super::{broken, guarded};
+use super::columns::{Column, load_columns};
+use super::{broken_file, without_panics};
 use crate::grammar::counted;
 use crate::io::checks::{check_declared_count, check_vertex_count, cut_off, excerpt, expands_too_far};
 use crate::io::loaded::Loaded;
@@ -32,7 +32,7 @@ pub(crate) fn starts(bytes: &[u8]) -> bool {
 }
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
-    guarded(|| read(bytes))
+    without_panics(|| read(bytes))
 }
 
 fn read(bytes: &[u8]) -> Result<Loaded> {
@@ -46,19 +46,19 @@ fn read(bytes: &[u8]) -> Result<Loaded> {
     let declared = declared.or_else(|| number::<4>(bytes, COUNT).map(u32::from_le_bytes).map(u64::from));
     check_vertex_count(declared.unwrap_or(1).max(1))?;
     let mut own = Cursor::new(own);
-    let header = Header::new(&mut own).map_err(refused)?;
+    let header = Header::new(&mut own).map_err(las_error)?;
     check_size(&header, bytes)?;
     own.set_position(0);
-    let mut reader = Reader::new(own).map_err(refused)?;
+    let mut reader = Reader::new(own).map_err(las_error)?;
     let batch = (BATCH_BYTES / u64::from(header.point_format().len())).max(1);
     let mut data = PointDataBuilder::new().for_header(&header).build();
     let mut columns = Columns::new(header.point_format());
-    while reader.fill_points(batch, &mut data).map_err(refused)? > 0 {
+    while reader.fill_points(batch, &mut data).map_err(las_error)? > 0 {
         for point in data.points() {
-            columns.add(&point.map_err(refused)?);
+            columns.add(&point.map_err(las_error)?);
         }
     }
-    columns.finished()
+    columns.finish()
 }
 
 /// The bytes at a place, if there are so many.
@@ -75,12 +75,12 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<()> {
         return check_declared_count((count, ["point", "points"]), length, left, "the header".to_owned());
     }
     if expands_too_far(count.saturating_mul(length), bytes.len() as u64) {
-        return Err(broken(format!("it declares {count} points, more than fit into it")));
+        return Err(broken_file(format!("it declares {count} points, more than fit into it")));
     }
-    let packing = header.laz_vlr().map_err(refused)?;
+    let packing = header.laz_vlr().map_err(las_error)?;
     let items: u64 = packing.items().iter().map(|item| u64::from(item.size())).sum();
     if items == 0 || items != length {
-        return Err(broken("it does not say how its points are packed"));
+        return Err(broken_file("it does not say how its points are packed"));
     }
     let begin = number::<8>(bytes, offset).map_or(0, i64::from_le_bytes);
     // Where the writer could not go back, the place of the list of chunks is at the end.
@@ -89,7 +89,7 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<()> {
     let chunks = usize::try_from(table).ok().and_then(|at| number::<4>(bytes, at.checked_add(4)?));
     let chunks = u64::from(chunks.map_or(0, u32::from_le_bytes));
     if chunks > left {
-        return Err(broken(format!("it declares {chunks} chunks of points")));
+        return Err(broken_file(format!("it declares {chunks} chunks of points")));
     }
     check_layers(bytes, offset, &packing, header)
 }
@@ -150,12 +150,12 @@ fn layers(item: &LazItem) -> usize {
     }
 }
 
-fn refused(error: las::Error) -> Error {
+fn las_error(error: las::Error) -> Error {
     match error {
         las::Error::Io(error) if error.kind() == std::io::ErrorKind::UnexpectedEof => {
             cut_off("its end".to_owned(), "points are missing")
         }
-        other => broken(excerpt(&other.to_string())),
+        other => broken_file(excerpt(&other.to_string())),
     }
 }
 
@@ -202,7 +202,7 @@ impl Columns {
         }
     }
 
-    fn finished(self) -> Result<Loaded> {
+    fn finish(self) -> Result<Loaded> {
         let column = |name: &str, kind, values| Column { name: name.to_owned(), kind, values };
         let [x, y, z] = self.position;
         let mut columns =
@@ -220,6 +220,6 @@ impl Columns {
         let withheld = self.withheld;
         let points = ["point marked as withheld was", "points marked as withheld were"];
         let notes = (withheld > 0).then(|| format!("{} left out", counted(withheld, points)));
-        loaded(columns, false, &|i| format!("point {i}"), notes.into_iter().collect())
+        load_columns(columns, false, &|i| format!("point {i}"), notes.into_iter().collect())
     }
 }

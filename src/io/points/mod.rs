@@ -21,7 +21,7 @@ thread_local! {
 static HOOK: Once = Once::new();
 
 /// What `read` returns; an error where it panics, as decoders that are not ours do at some broken files.
-fn guarded(read: impl FnOnce() -> Result<Loaded>) -> Result<Loaded> {
+fn without_panics(read: impl FnOnce() -> Result<Loaded>) -> Result<Loaded> {
     HOOK.call_once(|| {
         let others = take_hook();
         set_hook(Box::new(move |panic| {
@@ -33,10 +33,10 @@ fn guarded(read: impl FnOnce() -> Result<Loaded>) -> Result<Loaded> {
     IS_GUARDED.set(true);
     let read = catch_unwind(AssertUnwindSafe(read));
     IS_GUARDED.set(false);
-    read.unwrap_or_else(|_| Err(broken("its points cannot be decoded")))
+    read.unwrap_or_else(|_| Err(broken_file("its points cannot be decoded")))
 }
 
-fn broken(problem: impl std::fmt::Display) -> Error {
+fn broken_file(problem: impl std::fmt::Display) -> Error {
     let problem = format!("the file is broken: {problem}").replace('\n', " ");
     Error::input(None, problem, "get the complete file, or export it again")
 }

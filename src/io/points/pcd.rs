@@ -3,7 +3,7 @@
 //! Read by code of our own, which never trusts a declared count with memory and takes every type a field may
 //! have.
 
-use super::columns::{Column, loaded, usual_name};
+use super::columns::{Column, load_columns, usual_name};
 use crate::grammar::counted;
 use crate::io::binary::value_le;
 use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes, without_padding};
@@ -45,7 +45,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     match header.data {
         b"ascii" => text(&header),
         b"binary" => binary(&header),
-        b"binary_compressed" => compressed(&header),
+        b"binary_compressed" => read_compressed(&header),
         other => {
             let problem = format!("there is no kind of data '{}'", excerpt_of_bytes(other));
             Err(Error::input(
@@ -161,7 +161,7 @@ fn columns(fields: &[Field]) -> Vec<Option<Column>> {
     fields.iter().map(column).collect()
 }
 
-fn finished(columns: Vec<Option<Column>>) -> Result<Loaded> {
+fn finish(columns: Vec<Option<Column>>) -> Result<Loaded> {
     let mut all = Vec::new();
     for column in columns.into_iter().flatten() {
         if column.name != "rgb" && column.name != "rgba" {
@@ -178,7 +178,7 @@ fn finished(columns: Vec<Option<Column>>) -> Result<Loaded> {
         }
     }
     // Depth cameras write NaN where they see nothing.
-    loaded(all, true, &|i| format!("point {i}"), Vec::new())
+    load_columns(all, true, &|i| format!("point {i}"), Vec::new())
 }
 
 fn text(header: &Header) -> Result<Loaded> {
@@ -218,7 +218,7 @@ fn text(header: &Header) -> Result<Loaded> {
         }
         done += 1;
     }
-    finished(columns)
+    finish(columns)
 }
 
 /// Bytes of a point.
@@ -246,12 +246,12 @@ fn binary(header: &Header) -> Result<Loaded> {
             }
         }
     }
-    finished(columns)
+    finish(columns)
 }
 
 /// Reads two lengths, packed and unpacked, and what LZF packed: all values of the first field, then those of
 /// the second and so on.
-fn compressed(header: &Header) -> Result<Loaded> {
+fn read_compressed(header: &Header) -> Result<Loaded> {
     let place = || format!("line {}, the data", header.lines);
     let length = |at: usize| {
         let raw = header.body.get(at..at + 4).and_then(|raw| raw.first_chunk());
@@ -282,5 +282,5 @@ fn compressed(header: &Header) -> Result<Loaded> {
             column.values = own.chunks_exact(field.size).map(|bytes| value_le(kind, bytes)).collect();
         }
     }
-    finished(columns)
+    finish(columns)
 }

@@ -3,7 +3,7 @@
 
 use std::borrow::Cow;
 
-use super::columns::{Column, loaded, usual_name};
+use super::columns::{Column, load_columns, usual_name};
 use crate::grammar::counted;
 use crate::io::checks::{excerpt_of_bytes, refuse_binary};
 use crate::io::loaded::Loaded;
@@ -89,7 +89,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     };
     let columns =
         names.into_iter().zip(columns).map(|(name, values)| Column { name, kind: Kind::F64, values });
-    loaded(columns.collect(), false, &|i| format!("line {}", numbers[i]), notes)
+    load_columns(columns.collect(), false, &|i| format!("line {}", numbers[i]), notes)
 }
 
 fn names_in(line: &[u8]) -> Vec<String> {

@@ -41,7 +41,7 @@ pub(crate) fn starts(bytes: &[u8]) -> bool {
 
 /// Reads what the build has. Colours of materials come along if asked for.
 pub(crate) fn parse(bytes: &[u8], with_materials: bool) -> Result<Loaded> {
-    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(damaged)?;
+    let archive = ZipArchive::new(Cursor::new(bytes)).map_err(zip_error)?;
     let mut package =
         Package { archive, file_bytes: bytes.len() as u64, unpacked: 0, models: HashMap::new() };
     let path = package.root()?;
@@ -65,7 +65,7 @@ pub(crate) fn parse(bytes: &[u8], with_materials: bool) -> Result<Loaded> {
     Ok(loaded)
 }
 
-fn damaged(error: zip::result::ZipError) -> Error {
+fn zip_error(error: zip::result::ZipError) -> Error {
     let problem = format!("the ZIP file is damaged ({})", excerpt(&error.to_string()));
     Error::input(None, problem, "get the complete file, or export the mesh again").caused_by(error)
 }
@@ -82,7 +82,7 @@ impl Package<'_> {
     /// The unpacked file of this name; `None` if there is none.
     fn file(&mut self, name: &str) -> Result<Option<Vec<u8>>> {
         let Some(index) = self.archive.index_for_name(name) else { return Ok(None) };
-        let mut entry = self.archive.by_index(index).map_err(damaged)?;
+        let mut entry = self.archive.by_index(index).map_err(zip_error)?;
         let (mut plain, mut chunk) = (Vec::new(), vec![0; CHUNK]);
         loop {
             let read = entry.read(&mut chunk).map_err(|error| {

@@ -163,7 +163,7 @@ impl Walk {
         match local.as_ref() {
             "model" => self.unit(tag)?,
             "basematerials" => {
-                let id = required(tag, "id")?;
+                let id = require(tag, "id")?;
                 self.model.materials.insert(id, Vec::new());
                 self.group = Some(id);
             }
@@ -187,7 +187,7 @@ impl Walk {
                 };
                 let name = attribute(tag, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
                 let object = Object { name, material, content: Content::Mesh(Mesh::default()) };
-                self.open = Some(Open { id: required(tag, "id")?, object, has_content: false });
+                self.open = Some(Open { id: require(tag, "id")?, object, has_content: false });
             }
             "mesh" => {
                 if let Some(open) = &mut self.open {
@@ -272,7 +272,7 @@ impl Walk {
         let Some(mesh) = self.mesh() else { return Ok(()) };
         let mut corners = [0; 3];
         for (name, corner) in ["v1", "v2", "v3"].iter().zip(&mut corners) {
-            *corner = required(tag, name)?.into();
+            *corner = require(tag, name)?.into();
         }
         let mut faces = Faces::new(0, mesh.vertices.len() as u64);
         let count = mesh.triangles.len();
@@ -296,7 +296,7 @@ fn index(tag: &BytesStart, name: &str) -> Result<Option<u32>> {
     })
 }
 
-fn required(tag: &BytesStart, name: &str) -> Result<u32> {
+fn require(tag: &BytesStart, name: &str) -> Result<u32> {
     let element = excerpt(tag.local_name().as_ref());
     index(tag, name)?.ok_or_else(|| {
         let problem = format!("an element '{element}' has no '{name}'");
@@ -318,7 +318,7 @@ fn reference(tag: &BytesStart) -> Result<Reference> {
         let row = |k: usize| DVec3::from_slice(&values[3 * k..]);
         transform = DAffine3 { matrix3: DMat3::from_cols(row(0), row(1), row(2)), translation: row(3) };
     }
-    Ok(Reference { object: required(tag, "objectid")?, transform, path })
+    Ok(Reference { object: require(tag, "objectid")?, transform, path })
 }
 
 /// A colour as `#RRGGBB` or `#RRGGBBAA`.

@@ -76,7 +76,7 @@ impl<'a> Header<'a> {
         names.iter().find_map(|name| self.fields.get(name)).map(|(_, value)| *value)
     }
 
-    fn required(&self, name: &str) -> Result<&'a str> {
+    fn require(&self, name: &str) -> Result<&'a str> {
         let missing = || Error::input(None, format!("the header has no field '{name}'"), "repair the header");
         self.field(&[name]).ok_or_else(missing)
     }
@@ -118,14 +118,14 @@ pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     if header.field(&["ObjectType"]).is_some_and(|kind| !kind.eq_ignore_ascii_case("Image")) {
         return Err(header.refuse("ObjectType", "give an image"));
     }
-    let lengths = header.required("DimSize")?.split_whitespace().map(|word| word.parse().ok());
+    let lengths = header.require("DimSize")?.split_whitespace().map(|word| word.parse().ok());
     let lengths: Option<Vec<u64>> = lengths.collect();
     let lengths = lengths.ok_or_else(|| header.refuse("DimSize", "give whole numbers"))?;
     let (size, note) = size(&lengths)?;
     if header.one_number("ElementNumberOfChannels", 1.0)? != 1.0 {
         return Err(header.refuse("ElementNumberOfChannels", "write one number per node"));
     }
-    let Some(number) = number_type(header.required("ElementType")?) else {
+    let Some(number) = number_type(header.require("ElementType")?) else {
         return Err(header.refuse("ElementType", "write one number per node"));
     };
     let frame = frame(&header, lengths.len())?;
@@ -134,14 +134,14 @@ pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
         header.one_number("ElementToIntensityFunctionSlope", 1.0)?,
         header.one_number("ElementToIntensityFunctionOffset", 0.0)?,
     ];
-    let name = header.required("ElementDataFile")?;
+    let name = header.require("ElementDataFile")?;
     let other = match name.eq_ignore_ascii_case("LOCAL") {
         true => None,
         false => Some(values_file(&header, name, references)?),
     };
     let data = other.as_ref().map_or(&bytes[header.end..], |other| other.as_slice());
     let is_text = header.field(&["BinaryData"]).is_some() && !header.is_true(&["BinaryData"]);
-    let data = decoded(&header, data, size, number, is_text)?;
+    let data = decode_values(&header, data, size, number, is_text)?;
     let is_big_endian = !is_text && header.is_true(&["BinaryDataByteOrderMSB", "ElementByteOrderMSB"]);
     let number = if is_text { Kind::F64.into() } else { number };
     let layout = Layout { size, number, is_big_endian, is_last_fastest: false, scale };
@@ -158,7 +158,7 @@ fn values_file(header: &Header, name: &str, references: &References) -> Result<R
 }
 
 /// The values as bytes of their type; text as those of 64-bit numbers.
-fn decoded<'a>(
+fn decode_values<'a>(
     header: &Header,
     data: &'a [u8],
     size: [usize; 3],

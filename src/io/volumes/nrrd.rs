@@ -66,7 +66,7 @@ impl<'a> Header<'a> {
         self.fields.get(name).map(|(_, value)| *value)
     }
 
-    fn required(&self, name: &str) -> Result<&'a str> {
+    fn require(&self, name: &str) -> Result<&'a str> {
         let missing = || Error::input(None, format!("the header has no field '{name}'"), "repair the header");
         self.field(name).ok_or_else(missing)
     }
@@ -82,11 +82,11 @@ impl<'a> Header<'a> {
 /// `references` reads the file that has the values, if it is another one.
 pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     let header = Header::new(bytes)?;
-    let lengths = header.required("sizes")?.split_whitespace().map(|word| word.parse().ok());
+    let lengths = header.require("sizes")?.split_whitespace().map(|word| word.parse().ok());
     let lengths: Option<Vec<u64>> = lengths.collect();
     let lengths = lengths.ok_or_else(|| header.refuse("sizes", "give whole numbers"))?;
     let (size, note) = size(&lengths)?;
-    let Some(number) = number_type(header.required("type")?) else {
+    let Some(number) = number_type(header.require("type")?) else {
         return Err(header.refuse("type", "write one number per node"));
     };
     let frame = frame(&header)?;
@@ -94,7 +94,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     let other = header.field("data file").or(header.field("datafile"));
     let other = other.map(|name| other_file(&header, name, references)).transpose()?;
     let data = other.as_ref().map_or(&bytes[header.end..], |other| other.as_slice());
-    let data = decoded(&header, data, size, number)?;
+    let data = decode_values(&header, data, size, number)?;
     let layout = Layout {
         size,
         number: if is_text(&header) { Kind::F64.into() } else { number },
@@ -120,7 +120,7 @@ fn is_text(header: &Header) -> bool {
 }
 
 /// The values as bytes of their type; text as those of 64-bit numbers.
-fn decoded<'a>(
+fn decode_values<'a>(
     header: &Header,
     data: &'a [u8],
     size: [usize; 3],
@@ -139,7 +139,7 @@ fn decoded<'a>(
         let end = data.iter().position(|byte| *byte == b'\n').map_or(data.len(), |end| end + 1);
         data = &data[end..];
     }
-    let plain = match header.required("encoding")? {
+    let plain = match header.require("encoding")? {
         "raw" | "ascii" | "text" | "txt" => Cow::Borrowed(data),
         "gzip" | "gz" => Cow::Owned(gzip::decompress(data)?),
         _ => return Err(header.refuse("encoding", "use raw, gzip or text")),

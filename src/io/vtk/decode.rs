@@ -124,7 +124,7 @@ impl<'a> Decoder<'_, 'a> {
         };
         let bytes = match self.document.compressor.as_deref() {
             None => self.plain(encoded)?,
-            Some(ZLIB) => self.unpacked(encoded)?,
+            Some(ZLIB) => self.unpack(encoded)?,
             Some(other) => {
                 let problem = format!("it is packed by {}, which is not supported", excerpt(other));
                 let remedy = "write the file with zlib or without compression";
@@ -165,7 +165,7 @@ impl<'a> Decoder<'_, 'a> {
     }
 
     /// Blocks behind their number, length and packed lengths.
-    fn unpacked(&mut self, encoded: Encoded<'a>) -> Result<Cow<'a, [u8]>> {
+    fn unpack(&mut self, encoded: Encoded<'a>) -> Result<Cow<'a, [u8]>> {
         let missing = || cut_off("its numbers".to_owned(), "there are fewer packed bytes than declared");
         let layout = self.layout();
         let width = layout.0 as u64;

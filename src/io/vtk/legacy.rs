@@ -104,7 +104,7 @@ impl<'a> Reader<'a> {
             b"POLYDATA" => Ok(Dataset::PolyData),
             b"UNSTRUCTURED_GRID" => Ok(Dataset::UnstructuredGrid),
             b"STRUCTURED_POINTS" => Ok(Dataset::StructuredPoints),
-            _ => Err(xml::unsupported(&excerpt_of_bytes(kind))),
+            _ => Err(xml::unsupported_error(&excerpt_of_bytes(kind))),
         }
     }
 

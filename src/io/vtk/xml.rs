@@ -132,7 +132,7 @@ fn kind_of_tag(tag: &BytesStart) -> std::result::Result<FileKind, String> {
 }
 
 /// The error for a kind of data that is not read.
-pub(super) fn unsupported(kind: &str) -> Error {
+pub(super) fn unsupported_error(kind: &str) -> Error {
     let problem = format!("VTK files of {kind} are not supported");
     Error::input(None, problem, SURFACE_REMEDY)
 }
@@ -293,7 +293,7 @@ impl<'a> Walk<'a> {
 }
 
 fn document<'a>(tag: &BytesStart) -> Result<Document<'a>> {
-    let kind = kind_of_tag(tag).map_err(|kind| unsupported(&kind))?;
+    let kind = kind_of_tag(tag).map_err(|kind| unsupported_error(&kind))?;
     let is_big_endian = attribute(tag, "byte_order").is_some_and(|order| order == "BigEndian");
     let header_bytes = match attribute(tag, "header_type").as_deref() {
         None | Some("UInt32") => 4,
