@@ -160,7 +160,7 @@ impl AllAtOnceOptions {
 
     /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the
     /// site itself.
-    pub(crate) fn listed(&self) -> u32 {
+    pub(crate) fn neighbour_count(&self) -> u32 {
         self.k_clip.max(self.k_normal - 1)
     }
 
@@ -211,7 +211,7 @@ impl AllAtOnceOptions {
             }
             _ => {}
         }
-        if self.neighbours == Neighbours::Lists && self.listed() > MAX_LISTED {
+        if self.neighbours == Neighbours::Lists && self.neighbour_count() > MAX_LISTED {
             let field = if self.k_clip > MAX_LISTED { "k_clip" } else { "k_normal" };
             return Err(Error::option(
                 field,

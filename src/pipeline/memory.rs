@@ -207,7 +207,7 @@ fn site_bytes(options: &Options, curves: bool) -> SiteBytes {
         // walks take less beyond that than the list of nearest vertices.
         Method::AllAtOnce => {
             let corners = u64::from(cell::Constants::default().max_corners);
-            let k_sites = u64::from(options.all_at_once.listed());
+            let k_sites = u64::from(options.all_at_once.neighbour_count());
             let lists = 4 * (k_sites + u64::from(options.all_at_once.k_project));
             ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
         }

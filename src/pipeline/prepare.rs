@@ -65,7 +65,7 @@ impl Prepared {
         let frame = UnitFrame::of(&repaired.mesh)?;
         // Curves are not known yet.
         check_memory(device, &repaired.mesh, options, plan.vertices, false)?;
-        let subdivided = subdivided(&repaired.mesh, options, plan.vertices, progress)?;
+        let subdivided = subdivide(&repaired.mesh, options, plan.vertices, progress)?;
         progress.poll()?;
         let division = divide(&repaired.mesh, &frame, options, &plan, progress);
         let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
@@ -138,7 +138,7 @@ impl Prepared {
 
 /// The surface with edges of at most a spacing, for sites that search for triangles at nearby vertices and
 /// would miss the middle of long ones; `None` if it has no longer edges or there is no such search.
-fn subdivided(
+fn subdivide(
     mesh: &TriMesh,
     options: &Options,
     vertices: usize,

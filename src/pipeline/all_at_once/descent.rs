@@ -83,7 +83,7 @@ impl Descent {
             best => self.advance(trial, best),
         }
         if let Some(best) = &self.best {
-            self.trial = moved(&best.sites, self.fraction, &self.direction);
+            self.trial = move_sites(&best.sites, self.fraction, &self.direction);
         }
         &self.trial
     }
@@ -97,7 +97,9 @@ impl Descent {
 
     /// The result: the centroids of the best cells.
     pub fn final_sites(&self) -> Vec<Vec4> {
-        self.best.as_ref().map_or_else(|| self.trial.clone(), |best| moved(&best.sites, 1.0, &best.lloyd()))
+        self.best
+            .as_ref()
+            .map_or_else(|| self.trial.clone(), |best| move_sites(&best.sites, 1.0, &best.lloyd()))
     }
 
     fn accepts(&self, trial: &Evaluated, best: &Evaluated) -> bool {
@@ -148,7 +150,7 @@ impl Descent {
     }
 }
 
-fn moved(sites: &[DVec3], fraction: f64, direction: &[DVec3]) -> Vec<Vec4> {
+fn move_sites(sites: &[DVec3], fraction: f64, direction: &[DVec3]) -> Vec<Vec4> {
     sites.iter().zip(direction).map(|(site, d)| (*site + fraction * *d).as_vec3().extend(0.0)).collect()
 }
 

@@ -177,7 +177,7 @@ impl<'a> ExactRun<'a> {
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let triangles = closest_triangles(surface, &positions);
         let sites = SitesOnSurface { positions, triangles };
-        connected(self.device, surface, input, (sites, self.spacing), progress)
+        connect_exact_cells(self.device, surface, input, (sites, self.spacing), progress)
     }
 }
 
@@ -189,7 +189,7 @@ fn closest_triangles(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
 }
 
 /// The dual of the exact connected cells of `sites`, compared with the topology of the input.
-pub(crate) fn connected(
+pub(crate) fn connect_exact_cells(
     device: &Device,
     surface: &Surface,
     input: &Topology,

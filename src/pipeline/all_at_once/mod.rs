@@ -66,19 +66,19 @@ impl AllAtOnce<'_> {
             Outcome { steps, exact: Some(exact), ..run.connect(surface, input, progress)? }
         } else {
             begin(progress)?;
-            exact::connected(device, surface, input, (seeds, spacing), progress)?
+            exact::connect_exact_cells(device, surface, input, (seeds, spacing), progress)?
         };
         // Points that were moved are no longer a Poisson-disk sampling.
         let disks = disks.filter(|_| options.iterations == 0);
         clock.phase("connect");
         progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
-        let outcome = self.checked(Outcome { disks, vertices, attempts: 1, ..outcome }, progress)?;
+        let outcome = self.with_fault(Outcome { disks, vertices, attempts: 1, ..outcome }, progress)?;
         clock.phase("check");
         Ok(outcome)
     }
 
     /// The outcome with its fault, found as the default pipeline finds it.
-    fn checked(&self, mut outcome: Outcome, progress: &mut ProgressReporter) -> Result<Outcome> {
+    fn with_fault(&self, mut outcome: Outcome, progress: &mut ProgressReporter) -> Result<Outcome> {
         let RunContext { frame, input, options, .. } = self.context;
         let checks = Fallback { context: self.context, sizes: &SizeField::default() };
         if outcome.fault.is_none() {

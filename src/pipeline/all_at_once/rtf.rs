@@ -51,7 +51,7 @@ enum Search {
 
 impl Search {
     fn new(device: &Device, options: &Options) -> Result<Self> {
-        let (n, k) = (options.vertices, options.all_at_once.listed());
+        let (n, k) = (options.vertices, options.all_at_once.neighbour_count());
         Ok(match options.all_at_once.neighbours {
             Neighbours::Brute => Self::Brute(Nearest::new(device, "rtf.neighbours.sites", n, k, true, None)?),
             Neighbours::Lists => Self::Lists(Box::new(Lists::new(device, n, &ListOptions::new(k))?)),
@@ -84,7 +84,7 @@ impl PlaneFacesRun {
     ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-        let k_sites = options.all_at_once.listed();
+        let k_sites = options.all_at_once.neighbour_count();
         let faces = if options.all_at_once.face == Face::Power {
             CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.all_at_once.offset))?
         } else {

@@ -51,7 +51,7 @@ impl<'a> Lengths<'a> {
         let values = curvature(surface, &on_curve, scale).into_iter().map(length).collect();
         let growth = options.coarse_to_fine.growth;
         let mut lengths = Self { surface, growth, range, most, values: Vec::new() };
-        lengths.values = lengths.bounded(values);
+        lengths.values = lengths.clamp(values);
         lengths
     }
 
@@ -71,17 +71,17 @@ impl<'a> Lengths<'a> {
         let most_change = if round < EARLY { MOST_CHANGE } else { LATER_CHANGE };
         let near = measured.near_vertices(mesh);
         let at = |aim: f64| self.changed(&near, aim * self.most, [LEAST_CHANGE, most_change]);
-        self.values = if vertices == 0 { at(AIM) } else { self.bisected(vertices, at) };
+        self.values = if vertices == 0 { at(AIM) } else { self.bisect(vertices, at) };
     }
 
     /// Lengths in the same proportions, as far as the range and the growth allow, for a number of vertices.
     pub fn scale_to(&mut self, vertices: usize) {
-        let at = |scale: f64| self.bounded(self.values.iter().map(|length| scale * length).collect());
-        self.values = self.bisected(vertices, at);
+        let at = |scale: f64| self.clamp(self.values.iter().map(|length| scale * length).collect());
+        self.values = self.bisect(vertices, at);
     }
 
     /// The shortest of the lengths `at` a number, with which they grow, that take at most so many vertices.
-    fn bisected(&self, vertices: usize, at: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
+    fn bisect(&self, vertices: usize, at: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
         let (mut low, mut high) = (1e-3f64, 1e3f64);
         for _ in 0..TRIES {
             let middle = (low * high).sqrt();
@@ -104,10 +104,10 @@ impl<'a> Lengths<'a> {
         let change = |(length, distance): (&f64, &f64)| {
             length * (aim / distance.max(f64::MIN_POSITIVE)).sqrt().clamp(least, most)
         };
-        self.bounded(self.values.iter().zip(near).map(change).collect())
+        self.clamp(self.values.iter().zip(near).map(change).collect())
     }
 
-    fn bounded(&self, mut values: Vec<f64>) -> Vec<f64> {
+    fn clamp(&self, mut values: Vec<f64>) -> Vec<f64> {
         let [least, largest] = self.range;
         values.iter_mut().for_each(|length| *length = length.clamp(least, largest));
         grown(self.surface, values, self.growth)

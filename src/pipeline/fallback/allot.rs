@@ -27,7 +27,7 @@ pub(super) struct Claim {
 ///
 /// # Errors
 /// [`Error::Usage`] with the least number of vertices if there are too few.
-pub(super) fn allotted(claims: &[Claim], count: usize) -> Result<Vec<usize>> {
+pub(super) fn allot(claims: &[Claim], count: usize) -> Result<Vec<usize>> {
     let whole: f64 = claims.iter().map(|claim| claim.area).sum();
     let floor = |claim: &Claim, most: usize| {
         let share = count as f64 * claim.area / whole;
@@ -109,21 +109,21 @@ mod tests {
     #[test]
     fn shares_are_by_area_where_shapes_do_not_need_more() {
         let claims = [claim(3.0, 5000), claim(1.0, 5000), claim(2.0, 5000)];
-        assert_eq!(allotted(&claims, 600).unwrap(), [300, 100, 200]);
-        assert_eq!(allotted(&claims, 601).unwrap().iter().sum::<usize>(), 601);
+        assert_eq!(allot(&claims, 600).unwrap(), [300, 100, 200]);
+        assert_eq!(allot(&claims, 601).unwrap().iter().sum::<usize>(), 601);
     }
 
     #[test]
     fn small_components_keep_their_corners() {
         let claims = [claim(1000.0, 5000), claim(0.1, 8), claim(0.1, 4), claim(0.1, 500)];
-        assert_eq!(allotted(&claims, 500).unwrap(), [476, 8, 4, 12]);
+        assert_eq!(allot(&claims, 500).unwrap(), [476, 8, 4, 12]);
     }
 
     #[test]
     fn a_large_component_keeps_half_of_its_share() {
         let mut claims = vec![claim(1.0, 8); 40];
         claims.push(claim(1000.0, 5000));
-        let counts = allotted(&claims, 200).unwrap();
+        let counts = allot(&claims, 200).unwrap();
         assert_eq!(counts.iter().sum::<usize>(), 200);
         assert!(counts[40] >= 96, "{counts:?}");
         assert!(counts[..40].iter().all(|count| *count == 2), "{counts:?}");
@@ -132,9 +132,9 @@ mod tests {
     #[test]
     fn the_topology_comes_first() {
         let claim = |least| Claim { area: 1.0, vertices: 100, least };
-        assert_eq!(allotted(&[claim(4), claim(20)], 24).unwrap(), [4, 20]);
-        let error = allotted(&[claim(4), claim(20)], 23).unwrap_err();
+        assert_eq!(allot(&[claim(4), claim(20)], 24).unwrap(), [4, 20]);
+        let error = allot(&[claim(4), claim(20)], 23).unwrap_err();
         assert!(error.to_string().contains("ask for 24 vertices"), "{error}");
-        assert!(allotted(&[Claim { area: 0.0, vertices: 3, least: 3 }], 10).unwrap() == [10]);
+        assert!(allot(&[Claim { area: 0.0, vertices: 3, least: 3 }], 10).unwrap() == [10]);
     }
 }

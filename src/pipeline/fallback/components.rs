@@ -1,7 +1,7 @@
 //! The components of the input: how many vertices each gets, and which of them are too small for cells.
 
-use super::allot::{Claim, SMALL, allotted, too_few};
-use super::remesh::{ComponentTarget, least_vertices, remeshed_component};
+use super::allot::{Claim, SMALL, allot, too_few};
+use super::remesh::{ComponentTarget, least_vertices, remesh_component};
 use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::submesh::{append, extract};
@@ -97,7 +97,7 @@ impl Components {
         let left = |meshes: &[TriMesh]| {
             target.vertices.saturating_sub(meshes.iter().map(|part| part.vertices.len()).sum())
         };
-        let counts = match allotted(&claims, target.vertices) {
+        let counts = match allot(&claims, target.vertices) {
             Ok(counts) => counts,
             Err(_) => self.above_least(mesh, &claims, target)?,
         };
@@ -120,7 +120,7 @@ impl Components {
             let mut apart = meshes.clone();
             let doubled = |k: &usize| {
                 let target = target.with_vertices(2 * meshes[*k].vertices.len());
-                remeshed_component(&of_small[*k], &[], &target)
+                remesh_component(&of_small[*k], &[], &target)
             };
             let new: Vec<TriMesh> = crossing.par_iter().map(doubled).collect::<Result<_>>()?;
             crossing.into_iter().zip(new).for_each(|(k, mesh)| apart[k] = mesh);
@@ -154,7 +154,7 @@ impl Components {
             Ok(Claim { least: least_vertices(&self.submesh(mesh, part), target)?, ..*claim })
         };
         let claims: Vec<Claim> = claims.par_iter().enumerate().map(with_least).collect::<Result<_>>()?;
-        allotted(&claims, target.vertices)
+        allot(&claims, target.vertices)
     }
 
     /// Which of the remeshed small components run through themselves or others, other than in the input.
@@ -341,7 +341,7 @@ fn remesh_each(
     before.meshes.resize(parts.len(), TriMesh::default());
     let make = |(k, known): (usize, TriMesh)| match before.counts.get(k) {
         Some(count) if *count == counts[k] => Ok(known),
-        _ => remeshed_component(parts[k].surface, &parts[k].lengths, &target.with_vertices(counts[k])),
+        _ => remesh_component(parts[k].surface, &parts[k].lengths, &target.with_vertices(counts[k])),
     };
     let meshes = before.meshes.into_par_iter().enumerate().map(make).collect::<Result<_>>()?;
     Ok(Remeshed { counts, meshes })
@@ -354,7 +354,7 @@ fn remesh_each(
 fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> {
     let claim = |part: &Part| Claim { area: part.area, vertices: part.surface.vertices.len(), least: 0 };
     let mut claims: Vec<Claim> = parts.iter().map(claim).collect();
-    let counts = allotted(&claims, target.vertices)?;
+    let counts = allot(&claims, target.vertices)?;
     let remeshed = remesh_each(parts, counts, Remeshed::default(), target)?;
     if remeshed.fit() {
         return Ok(remeshed.meshes);
@@ -366,7 +366,7 @@ fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> 
     };
     let least: Vec<usize> = parts.par_iter().enumerate().map(least).collect::<Result<_>>()?;
     claims.iter_mut().zip(least).for_each(|(claim, least)| claim.least = least);
-    let counts = allotted(&claims, target.vertices)?;
+    let counts = allot(&claims, target.vertices)?;
     let remeshed = remesh_each(parts, counts, remeshed, target)?;
     if remeshed.fit() {
         return Ok(remeshed.meshes);

@@ -99,27 +99,27 @@ const MORE_ROUNDS: u32 = 10;
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-pub(crate) fn remeshed_component(
+pub(crate) fn remesh_component(
     surface: &TriMesh,
     lengths: &[f64],
     target: &ComponentTarget,
 ) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
-    let mut mesh = match remeshed_locally(surface, lengths, target, progress)? {
+    let mut mesh = match remesh_locally(surface, lengths, target, progress)? {
         Some(mesh) => mesh,
-        None => simplified_and_polished(surface, target, progress)?,
+        None => simplify_and_polish(surface, target, progress)?,
     };
     face_as(&mut mesh, surface);
     Ok(mesh)
 }
 
-fn simplified_and_polished(
+fn simplify_and_polish(
     surface: &TriMesh,
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
-    let Simplified { mesh: raw, fixed, .. } = simplified(surface, target)?;
+    let Simplified { mesh: raw, fixed, .. } = simplify_component(surface, target)?;
     let vertices = raw.vertices.len();
     if vertices > FEW && vertices > 2 * target.vertices {
         return Ok(raw);
@@ -144,7 +144,7 @@ fn simplified_and_polished(
 /// The surface remeshed by local operations and polished; `None` if that does not reach the number of
 /// vertices, if more faces intersect than before, or if the work is to finish early. Where a try leaves a
 /// vertex of the surface out, the next one keeps it as a corner.
-fn remeshed_locally(
+fn remesh_locally(
     surface: &TriMesh,
     lengths: &[f64],
     target: &ComponentTarget,
@@ -177,7 +177,7 @@ fn remeshed_locally(
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
-        let Some(local) = polished(local, (&before, most), &on, target, progress)? else {
+        let Some(local) = polish_component(local, (&before, most), &on, target, progress)? else {
             refused = Some((longest, guarded));
             guarded = true;
             continue;
@@ -193,7 +193,7 @@ fn remeshed_locally(
         }
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
-    best.map(|(_, local)| mended(local, &before, &on, target, progress)).transpose()
+    best.map(|(_, local)| mend_component(local, &before, &on, target, progress)).transpose()
 }
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
@@ -232,7 +232,7 @@ fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3>
 
 /// A mesh made by local operations, polished as far as its faces do not intersect more than the surface's:
 /// where they would, vertices stay. `None` if they do so from the beginning.
-fn polished(
+fn polish_component(
     local: ConstrainedMesh,
     (before, most): (&Topology, usize),
     on: &Target,
@@ -274,7 +274,7 @@ fn polished(
 }
 
 /// The mesh with its small angles mended, unless more faces then intersect than in the surface.
-fn mended(
+fn mend_component(
     mut local: ConstrainedMesh,
     surface: &Topology,
     on: &Target,
@@ -309,14 +309,14 @@ fn fix_around(fixed: &mut [bool], mesh: &TriMesh, faces: &[u32]) {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(crate) fn least_vertices(surface: &TriMesh, target: &ComponentTarget) -> Result<usize> {
-    simplified(surface, &target.with_vertices(0)).map(|least| least.mesh.vertices.len())
+    simplify_component(surface, &target.with_vertices(0)).map(|least| least.mesh.vertices.len())
 }
 
 /// The component simplified, without the polish.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-fn simplified(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified> {
+fn simplify_component(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified> {
     let simplify = |preserved: Preserved| with_vertices(surface, preserved, target.vertices, target.progress);
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
