@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
-use crate::mesh::chunks::in_chunks;
+use crate::mesh::chunks::par_map_chunks;
 use crate::mesh::coincident::has_coincident;
 use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
@@ -191,7 +191,7 @@ pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
         let [a, b, c] = mesh.corners(t).map(|p| p * scale - origin);
         a.dot(b.cross(c))
     };
-    let six_volumes = in_chunks(mesh.triangles.len(), |range| range.map(six_volume).sum::<f64>());
+    let six_volumes = par_map_chunks(mesh.triangles.len(), |range| range.map(six_volume).sum::<f64>());
     let size = hi - lo;
     let box_volume = size.x * size.y * size.z;
     if box_volume > 0.0 { six_volumes.into_iter().sum::<f64>() / 6.0 / box_volume } else { 0.0 }
@@ -200,7 +200,7 @@ pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
 /// The least and the greatest coordinates of a mesh's triangles; infinite the other way round without any.
 pub(crate) fn triangle_bounds(mesh: &TriMesh) -> (DVec3, DVec3) {
     let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let bounds = in_chunks(mesh.triangles.len(), |range| {
+    let bounds = par_map_chunks(mesh.triangles.len(), |range| {
         let corners = mesh.triangles[range].as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
         corners.fold(none, |(lo, hi), p| (lo.min(p), hi.max(p)))
     });

@@ -106,7 +106,7 @@ impl AttributeArgs {
             if let Some(edges) = self.smooth_labels {
                 options.coarse_to_fine.smooth_labels = edges;
             }
-        } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
+        } else if attributes.materials.as_ref().is_some_and(|materials| materials.used_count() > 1) {
             notes.add("borders between materials are not kept; --keep-labels keeps them");
         }
         if loaded.unread_images > 0

@@ -47,7 +47,7 @@ pub(super) struct Field {
 pub(super) fn field(cloud: &Oriented, side: f64, progress: &ProgressToken) -> Result<Field> {
     // Not at a point of symmetry, where values would be exactly 0.
     let origin = DVec3::splat(-0.5) + side * DVec3::new(0.137, 0.291, 0.419);
-    let reached = |i: usize| reached(cloud.points[i] - origin, cloud.radius[i], side);
+    let reached = |i: usize| blocks_within(cloud.points[i] - origin, cloud.radius[i], side);
     let mut pairs: Vec<([i32; 3], u32)> = (0..cloud.points.len())
         .into_par_iter()
         .flat_map_iter(|i| reached(i).map(move |block| (block, i as u32)))
@@ -78,7 +78,7 @@ pub(super) fn field(cloud: &Oriented, side: f64, progress: &ProgressToken) -> Re
 }
 
 /// The blocks whose nodes a ball reaches; `p` is relative to node 0, 0, 0.
-fn reached(p: DVec3, radius: f64, side: f64) -> impl Iterator<Item = [i32; 3]> {
+fn blocks_within(p: DVec3, radius: f64, side: f64) -> impl Iterator<Item = [i32; 3]> {
     let block = |x: f64| (x / side).floor() as i32;
     let low = (p - radius).to_array().map(|x| block(x).div_euclid(BLOCK));
     let high = (p + radius).to_array().map(|x| block(x).div_euclid(BLOCK));

@@ -248,7 +248,7 @@ fn run_with_known(
     let handles = remove_small_handles(&mut mesh, GAP * room, progress)?;
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;
-    let attributes = carried(&cloud.attributes, &points.origin, &tree, &mesh);
+    let attributes = carry_attributes(&cloud.attributes, &points.origin, &tree, &mesh);
     mesh.vertices.iter_mut().for_each(|p| *p = points.frame.from_unit(*p));
     Ok(CloudSurface {
         mesh,
@@ -281,7 +281,7 @@ fn landscape(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressTo
     } else {
         let used: Vec<DVec3> =
             found.used.par_iter().map(|i| cloud.points[*i as usize] - found.origin).collect();
-        carried(&cloud.attributes, &found.used, &KdTree::new(&used), &mesh)
+        carry_attributes(&cloud.attributes, &found.used, &KdTree::new(&used), &mesh)
     };
     mesh.vertices.par_iter_mut().for_each(|p| *p += found.origin);
     Ok(CloudSurface {
@@ -362,7 +362,7 @@ fn normals(
 
 /// Values of the nearest points, for the vertices of a mesh. The points of the tree are those of the cloud
 /// with the numbers `origin`.
-fn carried(attributes: &Attributes, origin: &[u32], tree: &KdTree, mesh: &TriMesh) -> Attributes {
+fn carry_attributes(attributes: &Attributes, origin: &[u32], tree: &KdTree, mesh: &TriMesh) -> Attributes {
     if attributes.vertex.is_empty() {
         return Attributes::default();
     }

@@ -245,7 +245,7 @@ impl Device {
 
     /// How long this program has waited for the device's work to end, and for its driver as far as that was
     /// counted, in all.
-    pub(crate) fn waited(&self) -> Duration {
+    pub(crate) fn time_waited(&self) -> Duration {
         Duration::from_nanos(self.shared.waited_nanoseconds.load(Ordering::Relaxed))
     }
 

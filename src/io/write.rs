@@ -140,7 +140,7 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
             let is_named = format == Format::Obj && !attributes.libraries.is_empty();
             // 3MF has colours, but no pictures.
             let is_held = format == Format::ThreeMf && materials.images.is_empty();
-            format != Format::Glb && !is_named && !is_held && materials.used() > 0
+            format != Format::Glb && !is_named && !is_held && materials.used_count() > 0
         }),
         skin: attributes.skin.clone().filter(|_| format != Format::Glb),
         ..Attributes::default()

@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 use crate::mesh::features::Features;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::polyline::Polyline;
-use crate::mesh::submesh::renumbered;
+use crate::mesh::submesh::renumber;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use crate::polish::{ConstrainedMesh, CurveEdge, MeshCache, SlidingCurve, Target};
 
@@ -276,7 +276,7 @@ impl StarMesh {
     /// The mesh without what is gone; the curves are without their lines.
     pub fn into_constrained(self, polylines: &[Polyline]) -> ConstrainedMesh {
         let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
-        let (new, old) = renumbered(&used);
+        let (new, old) = renumber(&used);
         let mut sliding_curves = self.sliding_curves(&new);
         sliding_curves
             .resize(polylines.len(), SlidingCurve { line: Polyline::default(), sliders: Vec::new() });

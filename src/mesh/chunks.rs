@@ -8,12 +8,12 @@ use std::ops::Range;
 const CHUNK: usize = 4096;
 
 /// What `of` gives for parts of `0..count`, in their order.
-pub(crate) fn in_chunks<T: Send>(count: usize, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-    in_chunks_of(CHUNK, count, of)
+pub(crate) fn par_map_chunks<T: Send>(count: usize, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    par_map_chunks_of(CHUNK, count, of)
 }
 
-/// As [`in_chunks`], with so many indices in a part.
-pub(crate) fn in_chunks_of<T: Send>(
+/// As [`par_map_chunks`], with so many indices in a part.
+pub(crate) fn par_map_chunks_of<T: Send>(
     size: usize,
     count: usize,
     of: impl Fn(Range<usize>) -> T + Sync,

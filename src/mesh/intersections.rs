@@ -151,7 +151,7 @@ fn faces_intersect(first: [u32; 3], second: [u32; 3], at: impl Fn(u32) -> DVec3)
             let k = shared.iter().position(|shared| !*shared).unwrap_or(0);
             let j = second.iter().position(|v| !first.contains(v)).unwrap_or(0);
             let [c, a, b] = around(k).map(|k| first_corners[k]);
-            folded([a, b], c, second_corners[j])
+            are_folded([a, b], c, second_corners[j])
         }
         _ => true,
     }
@@ -245,7 +245,7 @@ fn are_separated(v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> bool {
 }
 
 /// Whether triangles on a common edge, with apexes `c` and `d`, lie on each other.
-fn folded([a, b]: [DVec3; 2], c: DVec3, d: DVec3) -> bool {
+fn are_folded([a, b]: [DVec3; 2], c: DVec3, d: DVec3) -> bool {
     side([a, b, c], d) == 0
         && View::onto([a, b, c]).is_some_and(|view| view.turn(a, b, c) == view.turn(a, b, d))
 }

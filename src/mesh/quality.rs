@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::chunks::in_chunks;
+use super::chunks::par_map_chunks;
 use super::half_edges::{EdgeTable, HalfEdge};
 use super::triangle::{area, doubled_normal};
 
@@ -166,7 +166,7 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let corners = |t: usize| mesh.corners(t).map(|corner| corner * scale);
     let n = mesh.triangles.len() as f64;
     let [one_length, ..] = lengths(corners(0));
-    let sums = in_chunks(mesh.triangles.len(), |range| {
+    let sums = par_map_chunks(mesh.triangles.len(), |range| {
         range.map(|t| Sums::of(corners(t), one_length)).fold(Sums::NONE, Sums::with)
     });
     let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
@@ -334,7 +334,7 @@ pub(crate) fn corner_points(mesh: &TriMesh) -> impl Iterator<Item = DVec3> {
 
 /// [`power_of_two_scale`] for the triangles of a mesh.
 pub(crate) fn scale_of(mesh: &TriMesh) -> f64 {
-    let largest = in_chunks(mesh.triangles.len(), |range| {
+    let largest = par_map_chunks(mesh.triangles.len(), |range| {
         let corners = mesh.triangles[range].as_flattened().iter();
         corners.fold(0.0, |m: f64, v| m.max(mesh.vertices[*v as usize].abs().max_element()))
     });

@@ -14,19 +14,24 @@ use std::collections::HashMap;
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-pub fn halved(mesh: &TriMesh, length: f64, most: usize, progress: &ProgressToken) -> Result<Option<TriMesh>> {
+pub fn halve_long_edges(
+    mesh: &TriMesh,
+    length: f64,
+    most: usize,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
     let mut halved: Option<TriMesh> = None;
     loop {
         progress.poll()?;
         let now = halved.as_ref().unwrap_or(mesh);
-        match round(now, length, most) {
+        match halve_once(now, length, most) {
             Some(next) => halved = Some(next),
             None => return Ok(halved),
         }
     }
 }
 
-/// About how many triangles [`halved`] makes, if there is room.
+/// About how many triangles [`halve_long_edges`] makes, if there is room.
 pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
     let parts = |size: f64| (size / length).log2().ceil().exp2();
     let of = |t: usize| {
@@ -43,7 +48,7 @@ pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
 }
 
 /// Halves every edge that is longer than `length` and than half of the longest.
-fn round(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
+fn halve_once(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
     let table = EdgeTable::new(&mesh.triangles);
     let at = |v: u32| mesh.vertices[v as usize];
     let long = |(a, b): (u32, u32)| {

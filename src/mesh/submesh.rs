@@ -4,7 +4,7 @@ use super::{NONE, TriMesh};
 
 /// New numbers for the vertices that stay, in their old order: [`NONE`] for those that do not. Also the old
 /// number of each that stays.
-pub(crate) fn renumbered(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
+pub(crate) fn renumber(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
     let old: Vec<u32> = (0..).zip(stays).filter(|(_, stays)| **stays).map(|(v, _)| v).collect();
     let mut new = vec![NONE; stays.len()];
     (0..).zip(&old).for_each(|(place, v)| new[*v as usize] = place);
@@ -21,7 +21,7 @@ pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool
 /// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out
 /// of range.
 pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
-    let (new, old) = renumbered(&used_vertices(mesh.vertices.len(), &triangles));
+    let (new, old) = renumber(&used_vertices(mesh.vertices.len(), &triangles));
     triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new[*v as usize]);
     TriMesh { vertices: old.iter().map(|v| mesh.vertices[*v as usize]).collect(), triangles }
 }

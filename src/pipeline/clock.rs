@@ -17,7 +17,7 @@ impl Clock {
     /// Starts with the first phase.
     pub fn new(device: &Device) -> Self {
         let device = device.clone();
-        Self { last: Instant::now(), last_waited: device.waited(), device, phases: Vec::new() }
+        Self { last: Instant::now(), last_waited: device.time_waited(), device, phases: Vec::new() }
     }
 
     /// The times of all phases, and of the kernels on the device.
@@ -33,7 +33,7 @@ impl Clock {
 
     /// Ends the current phase under this name.
     pub fn phase(&mut self, name: &'static str) {
-        let (now, waited) = (Instant::now(), self.device.waited());
+        let (now, waited) = (Instant::now(), self.device.time_waited());
         let milliseconds = (now - self.last).as_secs_f64() * 1e3;
         let waiting_milliseconds = (waited - self.last_waited).as_secs_f64() * 1e3;
         match self.phases.last_mut().filter(|p| p.name == name) {

@@ -19,7 +19,7 @@ use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, SurfaceSearch};
 use crate::mesh::repair::{Repaired, cracks, repair_with};
 use crate::mesh::spacing;
-use crate::mesh::subdivide::halved;
+use crate::mesh::subdivide::halve_long_edges;
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
@@ -145,7 +145,7 @@ fn subdivide(
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
     let Some(length) = longest_edge(mesh, options, vertices)? else { return Ok(None) };
-    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * vertices, progress)
+    halve_long_edges(mesh, length, mesh.triangles.len() + MOST_HALVED * vertices, progress)
 }
 
 /// The mesh repaired as the options say, or `repaired` if it is given.

@@ -187,7 +187,7 @@ impl PreviewedSurface<'_> {
         let (sizing, min_edge, diagonal) = (&plan.sizing, plan.min_edge, *diagonal);
         let request = SizeRequest { options, min_edge, vertices, sizing, given, diagonal };
         let field = size_field(unit, curves.as_ref(), &request)?;
-        Ok((features, curves.map(|curves| curves.sized(&field)), field))
+        Ok((features, curves.map(|curves| curves.with_sizes(&field)), field))
     }
 }
 

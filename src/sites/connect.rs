@@ -8,7 +8,7 @@
 
 use super::cells::Certificate;
 use super::fans::Fans;
-use crate::mesh::chunks::in_chunks;
+use crate::mesh::chunks::par_map_chunks;
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::quality::TriangleQuality;
 use glam::DVec3;
@@ -43,7 +43,7 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     // Needed for few surfaces only.
     let mut edges: Option<HashSet<(u32, u32)>> = None;
     let mut triangles = Vec::with_capacity(2 * sites.len());
-    for part in in_chunks(symmetric.len(), |range| Faces::of(&symmetric, range)) {
+    for part in par_map_chunks(symmetric.len(), |range| Faces::of(&symmetric, range)) {
         let mut done = 0;
         for (before, face) in part.others {
             triangles.extend_from_slice(&part.triangles[done..before]);

@@ -1,6 +1,6 @@
 //! Fans: the neighbours of every site in cyclic order.
 
-use crate::mesh::chunks::in_chunks;
+use crate::mesh::chunks::par_map_chunks;
 use glam::Vec2;
 
 /// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
@@ -86,7 +86,7 @@ impl Fans {
     /// bounding box of an unbounded face, are dropped too.
     pub(crate) fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        let parts = in_chunks(self.len(), |range| {
+        let parts = par_map_chunks(self.len(), |range| {
             let mut part = FansPart::default();
             for i in range {
                 let begin = part.neighbours.len();
@@ -106,7 +106,7 @@ impl Fans {
     /// The triangles of closed fans that agree: of the three sites of each, one is followed in every fan by
     /// the next in the other's. In the order that [`super::connect::connect`] has.
     pub(crate) fn triangles(&self) -> Vec<[u32; 3]> {
-        let parts = in_chunks(self.len(), |range| {
+        let parts = par_map_chunks(self.len(), |range| {
             let mut triangles: Vec<[u32; 3]> = Vec::with_capacity(2 * range.len());
             for i in range {
                 let (fan, i) = (self.of(i), i as u32);

@@ -5,11 +5,11 @@ use rayon::slice::ParallelSliceMut;
 
 /// Indices of `points` in Morton order of the unit-diagonal frame; ties by index.
 pub(crate) fn morton_order(points: &[DVec3]) -> Vec<u32> {
-    sorted(&points.iter().map(|p| morton_code(*p)).collect::<Vec<_>>())
+    sort_order(&points.iter().map(|p| morton_code(*p)).collect::<Vec<_>>())
 }
 
 /// Indices in ascending order of their keys, ties by index.
-pub(crate) fn sorted(keys: &[u64]) -> Vec<u32> {
+pub(crate) fn sort_order(keys: &[u64]) -> Vec<u32> {
     let mut keyed: Vec<(u64, u32)> = keys.iter().copied().zip(0..).collect();
     keyed.par_sort_unstable();
     keyed.into_iter().map(|(_, i)| i).collect()

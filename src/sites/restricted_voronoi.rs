@@ -104,7 +104,7 @@ impl<'a> RestrictedVoronoi<'a> {
         let halves_help = halvings > 0 && radius > SMALL * far;
         let most = if halves_help { FEW } else { self.sites.len() };
         if !self.tree.within(middle, reach, most, &mut scratch.near) {
-            for half in bisected(corners) {
+            for half in bisect(corners) {
                 self.add_parts(half, halvings - 1, scratch, result);
             }
             return;
@@ -154,7 +154,7 @@ impl<'a> RestrictedVoronoi<'a> {
 }
 
 /// Both halves of a triangle, cut through the middle of its longest side.
-pub(crate) fn bisected([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 2] {
+pub(crate) fn bisect([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 2] {
     let [ab, bc, ca] = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
     let [p, q, r] = if ab >= bc && ab >= ca {
         [a, b, c]

@@ -1,6 +1,6 @@
 //! The surface that sites live on, on host and device.
 
-use super::morton::{morton_code, morton_order, sorted};
+use super::morton::{morton_code, morton_order, sort_order};
 use crate::gpu::{Buffer, Device};
 use crate::mesh::csr::triangles_around;
 use crate::mesh::triangle::doubled_normal;
@@ -53,7 +53,7 @@ impl Surface {
             new_index[*old as usize] = new as u32;
         }
         let vertices: Vec<DVec3> = order.par_iter().map(|i| unit[*i as usize]).collect();
-        let origin = sorted(&spatial_keys(&unit, &mesh.triangles));
+        let origin = sort_order(&spatial_keys(&unit, &mesh.triangles));
         let triangles: Vec<[u32; 3]> =
             origin.par_iter().map(|t| mesh.triangles[*t as usize].map(|v| new_index[v as usize])).collect();
         let (normals, areas) = triangles

@@ -164,7 +164,7 @@ impl SurfaceCurves {
 
     /// With the edge lengths of this field over the same surface.
     #[must_use]
-    pub fn sized(mut self, field: &SizeField) -> Self {
+    pub fn with_sizes(mut self, field: &SizeField) -> Self {
         if field.is_uniform() {
             return self;
         }

@@ -14,7 +14,7 @@ use crate::mesh::NONE;
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::triangle::doubled_normal;
 use crate::sites::morton::morton_order;
-use crate::sites::restricted_voronoi::{RestrictedVoronoi, bisected};
+use crate::sites::restricted_voronoi::{RestrictedVoronoi, bisect};
 use crate::sites::surface::Surface;
 use glam::{DVec3, UVec4, Vec4};
 use rayon::prelude::*;
@@ -95,7 +95,7 @@ fn cut_into(triangle: [DVec3; 3], spacing: f64, cut: &mut Vec<[DVec3; 3]>) {
         cut.push(triangle);
         return;
     }
-    for half in bisected(triangle) {
+    for half in bisect(triangle) {
         cut_into(longest_first(half), spacing, cut);
     }
 }

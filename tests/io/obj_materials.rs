@@ -45,7 +45,7 @@ fn colours_and_pictures_come_along_to_glb() {
     let loaded = loaded(library);
     assert_eq!(loaded.notes, ["files that it refers to were read: looks/some.mtl, looks/oak.png"]);
     let materials = loaded.attributes.materials.as_ref().unwrap();
-    assert_eq!((materials.used(), materials.images().len()), (2, 1));
+    assert_eq!((materials.used_count(), materials.images().len()), (2, 1));
     assert_eq!(&*materials.images()[0].bytes, checker(0));
     let json = glb(&loaded);
     let [oak, glass] = json["materials"].as_array().unwrap().as_slice() else { panic!("{json}") };
@@ -67,7 +67,7 @@ fn without_picture(library: &str) -> (String, Materials) {
     let loaded = loaded(library);
     glb(&loaded);
     let materials = loaded.attributes.materials.unwrap();
-    assert_eq!((materials.images().len(), materials.used()), (0, 1));
+    assert_eq!((materials.images().len(), materials.used_count()), (0, 1));
     (loaded.notes.join("; "), materials)
 }
 

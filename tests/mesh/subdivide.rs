@@ -4,7 +4,7 @@ use crate::support::shapes::{cube, moved, plane, torus, union};
 use glam::DVec3;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::subdivide::{halved, halved_count};
+use rtfmesh::mesh::subdivide::{halve_long_edges, halved_count};
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{ProgressToken, TriMesh};
 
@@ -35,7 +35,7 @@ fn surfaces_stay_what_they_are() {
         let was = topology(&mesh);
         for share in [0.9, 0.5, 0.3, 0.07] {
             let length = share * longest(&mesh);
-            let made = halved(&mesh, length, MOST, &ProgressToken::default()).unwrap().unwrap();
+            let made = halve_long_edges(&mesh, length, MOST, &ProgressToken::default()).unwrap().unwrap();
             assert!(longest(&made) <= length, "{name} {share}: an edge of {}", longest(&made));
             assert_eq!(made.vertices[..mesh.vertices.len()], mesh.vertices, "{name} {share}");
             let about = halved_count(&mesh, length) / made.triangles.len() as f64;
@@ -60,7 +60,7 @@ fn surfaces_stay_what_they_are() {
 #[test]
 fn triangles_face_the_same_way_and_lie_in_their_own() {
     let mesh = cube();
-    let made = halved(&mesh, 0.3, MOST, &ProgressToken::default()).unwrap().unwrap();
+    let made = halve_long_edges(&mesh, 0.3, MOST, &ProgressToken::default()).unwrap().unwrap();
     let volume = |mesh: &TriMesh| -> f64 {
         (0..mesh.triangles.len()).map(|t| mesh.corners(t)).map(|[a, b, c]| a.cross(b).dot(c) / 6.0).sum()
     };
@@ -74,15 +74,15 @@ fn triangles_face_the_same_way_and_lie_in_their_own() {
 
 #[test]
 fn nothing_to_do_gives_nothing() {
-    assert_eq!(halved(&TriMesh::default(), 1.0, MOST, &ProgressToken::default()).unwrap(), None);
+    assert_eq!(halve_long_edges(&TriMesh::default(), 1.0, MOST, &ProgressToken::default()).unwrap(), None);
     let mesh = cube();
     assert_eq!(
-        halved(&mesh, longest(&mesh), MOST, &ProgressToken::default()).unwrap(),
+        halve_long_edges(&mesh, longest(&mesh), MOST, &ProgressToken::default()).unwrap(),
         None,
         "no edge is longer than the longest"
     );
     assert_eq!(
-        halved(&mesh, 0.1, mesh.triangles.len(), &ProgressToken::default()).unwrap(),
+        halve_long_edges(&mesh, 0.1, mesh.triangles.len(), &ProgressToken::default()).unwrap(),
         None,
         "no room for more"
     );
@@ -94,7 +94,7 @@ fn the_longest_go_first_up_to_the_limit() {
     let whole = longest(&mesh);
     let mut last = f64::INFINITY;
     for most in [240, 1_000, 4_000, 16_000] {
-        let made = halved(&mesh, whole / 1e9, most, &ProgressToken::default()).unwrap();
+        let made = halve_long_edges(&mesh, whole / 1e9, most, &ProgressToken::default()).unwrap();
         let made = made.as_ref().unwrap_or(&mesh);
         assert!(made.triangles.len() <= most && longest(made) <= last, "{most}: {}", longest(made));
         last = longest(made);
@@ -107,7 +107,7 @@ fn edges_without_a_middle_stay() {
     // Numbers there are 2 apart.
     let far = moved(&cube(), |v| 16.0 * v + DVec3::splat(1e16));
     assert!(longest(&far) > 16.0);
-    let made = halved(&far, 1e-3, MOST, &ProgressToken::default()).unwrap().unwrap();
+    let made = halve_long_edges(&far, 1e-3, MOST, &ProgressToken::default()).unwrap().unwrap();
     assert!(longest(&made) < 4.0, "{}", longest(&made));
     assert!(made.triangles.len() < 2_000, "{}", made.triangles.len());
 }

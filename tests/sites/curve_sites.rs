@@ -96,7 +96,7 @@ fn curves_of_one_edge_are_counted_as_they_are_divided() {
     let mesh = sample("tetrahedron").unwrap();
     let even = curves(&mesh, 40.0, 0.2);
     let field = SizeField::new(mesh.clone(), vec![0.2, 1.0, 1.5, 4.0]);
-    let sized = curves(&mesh, 40.0, 0.2).sized(&field);
+    let sized = curves(&mesh, 40.0, 0.2).with_sizes(&field);
     let disc = disc(24);
     let round = curves(&disc, 40.0, 0.1);
     for (found, corners) in [(even, 4), (sized, 4), (round, 0)] {

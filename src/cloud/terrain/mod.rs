@@ -134,7 +134,7 @@ pub(super) fn terrain(
     let (is_hidden, heights) = (heights.hidden, tilted.values);
     progress.done(0.7)?;
     let heights = fill::filled(cells.size, heights, &is_hidden, fill_holes / cells.side, progress)?;
-    let (mesh, small_parts) = triangulated(&cells, &heights);
+    let (mesh, small_parts) = triangulate(&cells, &heights);
     progress.done(0.9)?;
     if mesh.triangles.is_empty() {
         return Ok(None);
@@ -147,7 +147,7 @@ pub(super) fn terrain(
 
 /// Two triangles in each square of four cells with heights, one in that of three; without small components,
 /// which are counted.
-fn triangulated(cells: &Cells, heights: &[f64]) -> (TriMesh, usize) {
+fn triangulate(cells: &Cells, heights: &[f64]) -> (TriMesh, usize) {
     let [nx, ny] = cells.size;
     let place = |cell: usize| {
         let [x, y] = [cell % nx, cell / nx].map(|c| (c as f64 + 0.5) * cells.side);

@@ -144,7 +144,7 @@ pub(crate) fn add_materials(references: &References, loaded: &mut Loaded) -> Res
     if maker.without_uv > 0 {
         maker.notes.push("textures were left out: the mesh has no texture coordinates".to_owned());
     }
-    if maker.materials.used() > 0 {
+    if maker.materials.used_count() > 0 {
         loaded.attributes.materials = Some(maker.materials);
     }
     Ok(())

@@ -214,13 +214,13 @@ impl Mending<'_> {
             if state.is_known(t, &part) {
                 continue;
             }
-            let mended = self.mended(mesh, &part, t, &state.nearby);
+            let mended = self.best_edit(mesh, &part, t, &state.nearby);
             match mended.and_then(|mended| mesh.put_back(&mended)) {
                 Some(new) => {
-                    state.edited(mesh, &part, &new);
+                    state.record_edit(mesh, &part, &new);
                     small.extend(new.into_iter().filter_map(|t| entry(mesh, t)));
                 }
-                None => state.failed(t),
+                None => state.record_failure(t),
             }
         }
         Ok(())
@@ -244,7 +244,7 @@ impl Mending<'_> {
     }
 
     /// The part around a triangle after the best edit, if any is good enough.
-    fn mended(&self, mesh: &StarMesh, part: &Part, t: u32, nearby: &Nearby) -> Option<Part> {
+    fn best_edit(&self, mesh: &StarMesh, part: &Part, t: u32, nearby: &Nearby) -> Option<Part> {
         let triangle = part.find(t)?;
         let surplus = self.surplus(mesh);
         let before = self.cost.of_all(&part.mesh);
@@ -317,13 +317,13 @@ impl State {
         part.vertices().iter().all(|v| self.changed.get(v).is_none_or(|changed| changed <= failed))
     }
 
-    fn failed(&mut self, t: u32) {
+    fn record_failure(&mut self, t: u32) {
         self.in_vain += 1;
         self.failed.insert(t, self.edits);
     }
 
     /// Notes that a part was put back changed, with these triangles.
-    fn edited(&mut self, mesh: &StarMesh, part: &Part, new: &[u32]) {
+    fn record_edit(&mut self, mesh: &StarMesh, part: &Part, new: &[u32]) {
         self.edits += 1;
         self.changed.extend(part.vertices().iter().map(|v| (*v, self.edits)));
         new.iter().for_each(|t| self.nearby.add(mesh, *t));

@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::CornerUv;
-use super::seams::{joined, seams_of};
+use super::seams::{join_coincident, seams_of};
 use crate::mesh::NONE;
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
@@ -54,7 +54,7 @@ pub(crate) fn corner_uv(
 
 impl<'a> Charts<'a> {
     fn new(input: &'a TriMesh, uv: &'a CornerUv) -> Self {
-        let triangles = joined(input);
+        let triangles = join_coincident(input);
         let mut twins = twins(&triangles);
         for cut in seams_of(&triangles, uv) {
             twins[cut as usize] = NONE;

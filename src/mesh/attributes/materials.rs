@@ -35,7 +35,7 @@ impl Materials {
     }
 
     /// How many materials some triangle has.
-    pub fn used(&self) -> usize {
+    pub fn used_count(&self) -> usize {
         self.materials.iter().filter(|material| **material != Value::Null).count()
     }
 }

@@ -189,7 +189,7 @@ impl Attributes {
         }));
         all.extend(self.materials.iter().map(|materials| {
             let pictures = counted(materials.images().len(), ["picture", "pictures"]);
-            format!("{} ({pictures})", counted(materials.used(), ["material", "materials"]))
+            format!("{} ({pictures})", counted(materials.used_count(), ["material", "materials"]))
         }));
         all.extend(self.skin.iter().map(|skin| {
             let joints = counted(skin.joint_count(), ["joint", "joints"]);

@@ -14,7 +14,7 @@ const POLE: usize = 5;
 
 /// The triangles over the first vertex at each place, so that triangles with vertices of their own are
 /// joined.
-pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
+pub(crate) fn join_coincident(mesh: &TriMesh) -> Vec<[u32; 3]> {
     let mut firsts = HashMap::with_capacity(mesh.vertices.len());
     let first_there =
         |(own, position): (u32, &glam::DVec3)| *firsts.entry(position_key(*position)).or_insert(own);
@@ -22,7 +22,7 @@ pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().map(|triangle| triangle.map(|v| first[v as usize])).collect()
 }
 
-/// Half-edges across which `breaks` holds, in ascending order. `triangles` are [`joined`]
+/// Half-edges across which `breaks` holds, in ascending order. `triangles` are [`join_coincident`]
 /// ones.
 fn half_edges_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bool) -> Vec<u32> {
     let mut found = Vec::new();
@@ -84,7 +84,7 @@ fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
 /// around the pole.
 pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let Some(uv) = &attributes.uv else { return Vec::new() };
-    let triangles = joined(mesh);
+    let triangles = join_coincident(mesh);
     let poles = poles(&triangles, uv);
     let at_pole = |corner: usize| poles.contains(&triangles.as_flattened()[corner]);
     half_edges_where(&triangles, |one, other| {
@@ -106,5 +106,5 @@ pub fn label_boundaries(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
         return Vec::new();
     }
     let differ = |a: usize, b: usize| labels.iter().any(|label| label.at(a) != label.at(b));
-    half_edges_where(&joined(mesh), |one, other| differ(one.triangle(), other.triangle()))
+    half_edges_where(&join_coincident(mesh), |one, other| differ(one.triangle(), other.triangle()))
 }

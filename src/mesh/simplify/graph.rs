@@ -5,7 +5,7 @@ use smallvec::SmallVec;
 
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, twin_pair};
-use crate::mesh::submesh::renumbered;
+use crate::mesh::submesh::renumber;
 use crate::mesh::topology::Partition;
 
 /// What is preserved besides the topology.
@@ -144,7 +144,7 @@ impl Graph {
         let mut on_curve = self.fixed;
         on_curve.iter_mut().zip(&self.along_curves).for_each(|(on, along)| *on |= !along.is_empty());
         let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
-        let (new, old) = renumbered(&used);
+        let (new, old) = renumber(&used);
         let left = (0..self.triangles.len()).filter(|t| self.alive[*t]);
         let (triangles, origin) =
             left.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.origin[t])).unzip();

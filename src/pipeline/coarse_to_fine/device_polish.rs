@@ -125,7 +125,7 @@ impl CoarseToFine<'_> {
         mesh.triangles.clone_from(&on.half_edges.triangles);
         progress.done(1.0)?;
         let lifted = improve_worst(&on.half_edges, &mut mesh.vertices, &on.fixed, &self.model.target);
-        let (flips, taken_back) = (flips.flipped(device)?, relaxation.undone(device)?);
+        let (flips, taken_back) = (flips.flip_count(device)?, relaxation.undone(device)?);
         Ok(Polished { flips, taken_back, lifted })
     }
 

@@ -101,7 +101,7 @@ impl SurfaceModel {
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &features);
             let sizes = sizes(curves.as_ref())?;
             progress.poll()?;
-            let curves = curves.map(|curves| curves.sized(&sizes));
+            let curves = curves.map(|curves| curves.with_sizes(&sizes));
             let records = TriangleRecords::with_twins(device, surface, curves.as_ref(), twins.clone())?;
             let device_sizes = DeviceSizes::new(device, &sizes)?;
             Ok((records, curves, FeatureSummary::of(&features), sizes, device_sizes))

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::context::{FAR, OutlierContext};
 use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::chunks::in_chunks_of;
+use crate::mesh::chunks::par_map_chunks_of;
 use crate::polish::MeshCache;
 use crate::polish::cache::UNKNOWN;
 use crate::polish::relax::CHUNK;
@@ -82,7 +82,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     progress.poll()?;
     // Of a vertex that is near enough for any triangle, none of its triangles need look. Where a search ends
     // depends on where it begins, too.
-    let near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
+    let near = par_map_chunks_of(CHUNK, mesh.vertices.len(), |range| {
         let mut rank = 0;
         let mut near = |v: usize| {
             rank = if known[v] == UNKNOWN { rank } else { known[v] };
@@ -92,7 +92,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
         range.map(&mut near).collect::<Vec<u32>>()
     });
     let near = NearVertices { ranks: near.concat(), least };
-    let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
+    let outward = par_map_chunks_of(CHUNK, mesh.triangles.len(), |range| {
         let (mut rank, mut places) = (0, Vec::new());
         let outward = |t: usize| {
             places.extend(outward(mesh, &near, context, t as u32, &mut rank));

@@ -3,7 +3,7 @@
 use super::FEW_CELLS;
 use super::boundary::{Encroached, PatchBoundary};
 use super::walk::{Cell, Few, Scene};
-use crate::mesh::chunks::in_chunks;
+use crate::mesh::chunks::par_map_chunks;
 use crate::sites::fans::{Fans, FansPart};
 use rayon::prelude::*;
 use smallvec::smallvec;
@@ -39,7 +39,7 @@ pub(crate) fn fans(
 
 /// As [`fans`], of sites with a sector each on a surface without boundary.
 pub(crate) fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
-    let (parts, broken): (Vec<FansPart>, Vec<Vec<usize>>) = in_chunks(cells.len(), |range| {
+    let (parts, broken): (Vec<FansPart>, Vec<Vec<usize>>) = par_map_chunks(cells.len(), |range| {
         let (mut part, mut broken) = (FansPart::default(), Vec::new());
         for s in range {
             let (ring, is_cycle) = order(&cells[s].corners);
@@ -224,7 +224,7 @@ pub(crate) fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
 
 /// The sites, each with one cell, of corners that not all three cells have once, in ascending order; those
 /// without corners, too.
-pub(crate) fn at_odds(cells: &[Cell]) -> Vec<usize> {
+pub(crate) fn disputed_sites(cells: &[Cell]) -> Vec<usize> {
     let has_once = |s: u32, corner: [u32; 2]| {
         cells[s as usize].corners.iter().filter(|other| **other == corner).count() == 1
     };
@@ -249,7 +249,7 @@ pub(crate) fn at_odds(cells: &[Cell]) -> Vec<usize> {
 }
 
 /// The number of corners that not exactly three cells of their patch have: 0 if [`all_are_shared`].
-pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
+pub(crate) fn unshared_corner_count(scene: &Scene, cells: &[Cell]) -> usize {
     let mut corners: Vec<[u32; 4]> = cells
         .par_iter()
         .enumerate()
@@ -323,17 +323,17 @@ mod tests {
             cell
         };
         let cells = || -> Vec<Cell> { (0..4).map(cell).collect() };
-        assert!(unshared(&scene, &cells()) == 0 && all_are_shared(&scene, &cells()));
+        assert!(unshared_corner_count(&scene, &cells()) == 0 && all_are_shared(&scene, &cells()));
         let mut missing = cells();
         missing[2].corners.pop();
-        assert!(unshared(&scene, &missing) == 1 && !all_are_shared(&scene, &missing));
+        assert!(unshared_corner_count(&scene, &missing) == 1 && !all_are_shared(&scene, &missing));
         let mut twice = cells();
         let again = twice[3].corners[0];
         twice[3].corners.push(again);
-        assert!(unshared(&scene, &twice) == 1 && !all_are_shared(&scene, &twice));
+        assert!(unshared_corner_count(&scene, &twice) == 1 && !all_are_shared(&scene, &twice));
         let mut turned = cells();
         turned[1].corners[1].reverse();
-        assert!(unshared(&scene, &turned) == 2 && !all_are_shared(&scene, &turned));
+        assert!(unshared_corner_count(&scene, &turned) == 2 && !all_are_shared(&scene, &turned));
     }
 
     #[test]

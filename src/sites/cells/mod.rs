@@ -23,7 +23,7 @@ mod walk;
 
 use super::connect::{ConnectCounts, connect};
 use super::fans::Fans;
-use crate::mesh::chunks::in_chunks;
+use crate::mesh::chunks::par_map_chunks;
 use crate::mesh::triangle::area;
 use crate::{ProgressToken, Result};
 pub use boundary::Encroached;
@@ -125,12 +125,12 @@ pub fn cells_after_moves(
         unrepaired = repair(&scene, &mut cells, mismatched, progress)?;
         all_are_shared = fan::all_are_shared(&scene, &cells);
     }
-    let unshared_corners = if all_are_shared { 0 } else { fan::unshared(&scene, &cells) };
+    let unshared_corners = if all_are_shared { 0 } else { fan::unshared_corner_count(&scene, &cells) };
     progress.poll()?;
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(surface.corners(t as u32))).sum();
     let boundary = PatchBoundary::new(&scene);
     let (fans, broken, encroached) = fan::fans(&scene, &boundary, &cells);
-    let areas = in_chunks(cells.len(), |range| cells[range].iter().map(|c| c.area).sum::<f64>());
+    let areas = par_map_chunks(cells.len(), |range| cells[range].iter().map(|c| c.area).sum::<f64>());
     let certificate =
         Certificate { area: areas.iter().sum::<f64>() / whole, unshared_corners, broken_cells: broken.len() };
     let broken_cell = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };

@@ -1,6 +1,6 @@
 //! Cells in tangent planes where these agree, and exact cells where they do not.
 
-use super::fan::{all_are_shared, at_odds, closed_fans, one_sided};
+use super::fan::{all_are_shared, closed_fans, disputed_sites, one_sided};
 use super::repair;
 use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
@@ -50,7 +50,7 @@ pub fn tangent_cells(
         if all_are_shared(&scene, &cells) {
             break;
         }
-        let at_odds = at_odds(&cells);
+        let at_odds = disputed_sites(&cells);
         let again: Vec<usize> = at_odds.iter().copied().filter(|s| cells[*s].is_in_tangent_plane).collect();
         exact += again.len();
         if exact as f64 > MOST_EXACT * count as f64 || left == 0 {

@@ -91,6 +91,6 @@ impl Limits {
     /// # Errors
     /// As [`Buffer::to_vec`].
     pub fn held(&self, device: &Device) -> Result<usize> {
-        self.held.counted(device)
+        self.held.read_count(device)
     }
 }

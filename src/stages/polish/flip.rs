@@ -81,7 +81,7 @@ impl Flips {
     ///
     /// # Errors
     /// As [`Buffer::to_vec`].
-    pub fn flipped(&self, device: &Device) -> Result<usize> {
-        self.candidates.counted(device)
+    pub fn flip_count(&self, device: &Device) -> Result<usize> {
+        self.candidates.read_count(device)
     }
 }

@@ -92,6 +92,6 @@ impl Relaxation {
     /// # Errors
     /// As [`Buffer::to_vec`].
     pub fn undone(&self, device: &Device) -> Result<usize> {
-        self.undone.counted(device)
+        self.undone.read_count(device)
     }
 }

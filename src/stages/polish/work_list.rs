@@ -69,7 +69,7 @@ impl WorkList {
     ///
     /// # Errors
     /// As [`Buffer::to_vec`].
-    pub fn counted(&self, device: &Device) -> Result<usize> {
+    pub fn read_count(&self, device: &Device) -> Result<usize> {
         Ok(self.counters.to_vec(device)?.get(COUNTED).map_or(0, |count| *count as usize))
     }
 }

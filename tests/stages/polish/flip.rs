@@ -25,7 +25,7 @@ fn flipped(mesh: &TriMesh, weight: f32, sweeps: &[(u32, u32)], workgroup: u32) -
     }
     recorder.submit().unwrap();
     assert_valid(device());
-    (read(&on_device), flips.flipped(device()).unwrap())
+    (read(&on_device), flips.flip_count(device()).unwrap())
 }
 
 fn edge_key(a: u32, b: u32) -> (u32, u32) {
