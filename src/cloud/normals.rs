@@ -42,7 +42,8 @@ pub(super) struct Plane {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(super) fn planes(
-    (points, normals): (&[DVec3], &[DVec3]),
+    points: &[DVec3],
+    normals: &[DVec3],
     tree: &KdTree,
     count: usize,
     progress: &ProgressToken,
@@ -74,7 +75,9 @@ pub(super) fn planes(
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(super) fn with_own_sheets(
-    (points, tree, count): (&[DVec3], &KdTree, usize),
+    points: &[DVec3],
+    tree: &KdTree,
+    count: usize,
     spacing: &[f64],
     shapes: &mut [Plane],
     progress: &ProgressToken,

@@ -355,8 +355,8 @@ fn normals(
         return Ok(points.normals.clone());
     }
     let count = (COUNT as f64 * (radius / RADIUS).powi(2)) as usize;
-    let mut shapes = planes((&points.at, &[]), tree, count, progress)?;
-    with_own_sheets((&points.at, tree, count), &neighbours.spacing, &mut shapes, progress)?;
+    let mut shapes = planes(&points.at, &[], tree, count, progress)?;
+    with_own_sheets(&points.at, tree, count, &neighbours.spacing, &mut shapes, progress)?;
     orient((&points.at, tree), &shapes, count, neighbours, progress)
 }
 

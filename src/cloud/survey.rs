@@ -79,7 +79,7 @@ pub fn unoriented_normals(cloud: &PointCloud, progress: &ProgressToken) -> Resul
     let mut points = Points::new(cloud, 2)?;
     neighbours_without_outliers(&mut points, progress)?;
     let tree = KdTree::new(&points.at);
-    let shapes = planes((&points.at, &[]), &tree, COUNT, progress)?;
+    let shapes = planes(&points.at, &[], &tree, COUNT, progress)?;
     let nearest = |p: &DVec3| tree.nearest(points.frame.to_unit(*p)).unwrap_or(0);
     Ok(cloud.points.par_iter().map(|p| shapes[nearest(p) as usize].normal).collect())
 }
@@ -123,7 +123,7 @@ impl Survey<Option<f64>> {
     ) -> Result<Self> {
         let spacing = median(neighbours.spacing.iter().copied());
         // The other side of a thin sheet is no noise.
-        let shapes: Vec<Plane> = planes((&points.at, &points.normals), tree, COUNT, progress)?;
+        let shapes: Vec<Plane> = planes(&points.at, &points.normals, tree, COUNT, progress)?;
         let width = median(shapes.iter().map(|plane| plane.extents[1] / plane.extents[2]));
         let is_surface = width > LINE;
         Ok(Self { spacing, thickness: is_surface.then(|| noise(&shapes, &neighbours.spacing)) })

@@ -193,12 +193,12 @@ impl Recorder {
             }
         }
         match groups {
-            Groups::Known(groups) => self.record_groups((K::INFO.name, pipeline.raw.workgroup), groups),
+            Groups::Known(groups) => self.record_groups(K::INFO.name, pipeline.raw.workgroup, groups),
             Groups::Indirect(buffer, at) => {
                 let offset = buffer.offset() + (at * size_of::<UVec4>()) as u64;
                 // SAFETY: recording is on; this recorder shares the buffer until the submission was waited
                 // for.
-                self.record_timed((K::INFO.name, 0), |commands| unsafe {
+                self.record_timed(K::INFO.name, 0, |commands| unsafe {
                     raw.cmd_dispatch_indirect(commands, buffer.raw().handle, offset);
                 })
             }
@@ -206,13 +206,13 @@ impl Recorder {
     }
 
     /// Records so many workgroups of the kernel that is bound, in several dispatches if one might take long.
-    fn record_groups(&mut self, (kernel, workgroup): (&'static str, u32), groups: UVec4) -> Result<()> {
+    fn record_groups(&mut self, kernel: &'static str, workgroup: u32, groups: UVec4) -> Result<()> {
         let (raw, workgroup) = (self.shared.raw.clone(), workgroup as usize);
         let count = groups.x as usize * groups.y as usize;
         let most = self.shared.rates.as_ref().map_or(usize::MAX, |rates| rates.most(kernel) / workgroup);
         if count <= most {
             // SAFETY: recording is on, and all is bound.
-            return self.record_timed((kernel, count * workgroup), |commands| unsafe {
+            return self.record_timed(kernel, count * workgroup, |commands| unsafe {
                 raw.cmd_dispatch(commands, groups.x, groups.y, groups.z);
             });
         }
@@ -221,7 +221,7 @@ impl Recorder {
         let row = most.max(count.div_ceil(limit)).clamp(1, limit);
         for y in 0..count.div_ceil(row) as u32 {
             // SAFETY: recording is on, and all is bound; the pipeline was made for this.
-            self.record_timed((kernel, row * workgroup), |commands| unsafe {
+            self.record_timed(kernel, row * workgroup, |commands| unsafe {
                 raw.cmd_dispatch_base(commands, 0, y, 0, row as u32, 1, 1);
             })?;
         }
@@ -267,7 +267,7 @@ impl Recorder {
         let raw = self.shared.raw.clone();
         // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
         // submission was waited for.
-        self.record_timed(("copy.fill", 0), |commands| unsafe {
+        self.record_timed("copy.fill", 0, |commands| unsafe {
             raw.cmd_fill_buffer(commands, buffer.handle, offset, bytes, word);
         })
     }
@@ -414,7 +414,7 @@ impl Recorder {
         let raw = self.shared.raw.clone();
         // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
         // submission was waited for.
-        self.record_timed((name, 0), |commands| unsafe {
+        self.record_timed(name, 0, |commands| unsafe {
             raw.cmd_copy_buffer(commands, from.handle, to.handle, &region);
         })
     }
@@ -446,7 +446,8 @@ impl Recorder {
     /// Records `command`, with so many invocations, between two timestamps if it is to be timed.
     fn record_timed(
         &mut self,
-        (name, threads): (&'static str, usize),
+        name: &'static str,
+        threads: usize,
         command: impl FnOnce(vk::CommandBuffer),
     ) -> Result<()> {
         let is_wanted = self.shared.times_all || self.shared.rates.as_ref().is_some_and(|r| r.wants(threads));

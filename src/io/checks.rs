@@ -55,7 +55,8 @@ pub(crate) fn check_vertex_count(vertices: u64) -> Result<()> {
 /// Refuses a declared count of elements that the rest of the file is too short for, before memory is
 /// allocated for them; `noun` is one of them and several. `bytes_each` is the least that one takes.
 pub(crate) fn check_declared_count(
-    (count, noun): (u64, [&str; 2]),
+    count: u64,
+    noun: [&str; 2],
     bytes_each: u64,
     bytes_left: u64,
     place: String,
@@ -135,7 +136,7 @@ mod tests {
     fn numbers_agree_with_their_nouns() {
         let said = |count: u64, bytes_each: u64, bytes_left: u64| {
             let noun = ["triangle", "triangles"];
-            let checked = check_declared_count((count, noun), bytes_each, bytes_left, "line 1".to_owned());
+            let checked = check_declared_count(count, noun, bytes_each, bytes_left, "line 1".to_owned());
             checked.unwrap_err().to_string()
         };
         for (text, wanted) in [

@@ -78,7 +78,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
         [(sections.triangles, 3, "triangle"), (sections.quadrilaterals, 4, "quadrilateral")]
     {
         if let Some(section) = section {
-            read_faces(section, corners, name, (&mut faces, &mut face_references))?;
+            read_faces(section, corners, name, &mut faces, &mut face_references)?;
         }
     }
     let mut notes: Vec<String> = faces.split_note().into_iter().collect();
@@ -166,7 +166,7 @@ fn find_sections(mut words: Words) -> Result<Sections> {
 /// The positions and references of all vertices.
 fn read_vertices(section: Section) -> Result<(Vec<DVec3>, Vec<f64>)> {
     let Section { count, place, mut words } = section;
-    check_declared_count((count, ["vertex", "vertices"]), 8, words.bytes_left(), place)?;
+    check_declared_count(count, ["vertex", "vertices"], 8, words.bytes_left(), place)?;
     // `check_declared_count` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
     let mut references = Vec::with_capacity(vertices.capacity());
@@ -186,11 +186,12 @@ fn read_faces(
     section: Section,
     corners: usize,
     name: &str,
-    (faces, references): (&mut Faces, &mut Vec<f64>),
+    faces: &mut Faces,
+    references: &mut Vec<f64>,
 ) -> Result<()> {
     let Section { count, place, mut words } = section;
     let noun = [name, &format!("{name}s")];
-    check_declared_count((count, noun), 2 * (corners as u64 + 1), words.bytes_left(), place)?;
+    check_declared_count(count, noun, 2 * (corners as u64 + 1), words.bytes_left(), place)?;
     let mut face = Vec::with_capacity(corners);
     for index in 1..=count {
         face.clear();

@@ -47,8 +47,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     };
     check_vertex_count(vertices)?;
     // A vertex has at least three one-digit numbers, a face a count and one index, each with a separator.
-    check_declared_count((vertices, ["vertex", "vertices"]), 6, lines.bytes_left(), lines.place())?;
-    check_declared_count((faces, ["face", "faces"]), 4, lines.bytes_left(), lines.place())?;
+    check_declared_count(vertices, ["vertex", "vertices"], 6, lines.bytes_left(), lines.place())?;
+    check_declared_count(faces, ["face", "faces"], 4, lines.bytes_left(), lines.place())?;
     let mut colours = colour_column.map(Colours::from_column);
     let positions = read_vertices(vertices, &mut lines, &mut colours)?;
     let (faces, skipped) = read_faces(faces, vertices, &mut lines)?;

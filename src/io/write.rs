@@ -73,9 +73,9 @@ impl<'a> Writer<'a> {
 
     /// As [`Writer::write`], but for putting the file in its place.
     pub(crate) fn prepare(&self, path: &Path, mesh: &TriMesh) -> Result<Prepared> {
-        self.with_encoding(path, mesh, |mesh, encoding| {
+        self.with_encoding(path, mesh, |attributes, encoding| {
             let folder = Some(folder_of(path));
-            Prepared::new(path, |file| write_encoded(file, mesh, encoding, folder))
+            Prepared::new(path, |file| write_encoded(file, mesh, attributes, encoding, folder))
         })
     }
 
@@ -87,9 +87,9 @@ impl<'a> Writer<'a> {
     /// hold.
     pub fn encode(&self, name: impl AsRef<Path>, mesh: &TriMesh) -> Result<Vec<u8>> {
         let name = name.as_ref();
-        self.with_encoding(name, mesh, |mesh, encoding| {
+        self.with_encoding(name, mesh, |attributes, encoding| {
             let mut bytes = Vec::new();
-            let written = write_encoded(&mut bytes, mesh, encoding, None);
+            let written = write_encoded(&mut bytes, mesh, attributes, encoding, None);
             written.map_err(|error| unwritable(name, error)).map(|()| bytes)
         })
     }
@@ -98,13 +98,13 @@ impl<'a> Writer<'a> {
         &self,
         name: &Path,
         mesh: &TriMesh,
-        write: impl FnOnce((&TriMesh, &Attributes), Encoding) -> Result<T>,
+        write: impl FnOnce(&Attributes, Encoding) -> Result<T>,
     ) -> Result<T> {
         let encoding = self.encoding.map_or_else(|| target_encoding(name), Ok)?;
         let none = Attributes::default();
-        let mesh = (mesh, self.attributes.unwrap_or(&none));
-        check_fits(name, mesh, encoding.format)?;
-        write(mesh, encoding)
+        let attributes = self.attributes.unwrap_or(&none);
+        check_fits(name, mesh, attributes, encoding.format)?;
+        write(attributes, encoding)
     }
 }
 
@@ -159,23 +159,25 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
 /// `folder` is that of the file, if it has one.
 fn write_encoded(
     file: &mut dyn Write,
-    mesh: (&TriMesh, &Attributes),
+    mesh: &TriMesh,
+    attributes: &Attributes,
     encoding: Encoding,
     folder: Option<&Path>,
 ) -> io::Result<()> {
     if !encoding.gzip {
-        return write_uncompressed(file, mesh, encoding.format, folder);
+        return write_uncompressed(file, mesh, attributes, encoding.format, folder);
     }
     // The header has neither name nor time, so that the same mesh gives the same bytes.
     let mut packed = BufWriter::new(GzEncoder::new(file, Compression::default()));
-    write_uncompressed(&mut packed, mesh, encoding.format, folder)?;
+    write_uncompressed(&mut packed, mesh, attributes, encoding.format, folder)?;
     packed.into_inner().map_err(io::IntoInnerError::into_error)?.finish()?;
     Ok(())
 }
 
 fn write_uncompressed(
     file: &mut dyn Write,
-    (mesh, attributes): (&TriMesh, &Attributes),
+    mesh: &TriMesh,
+    attributes: &Attributes,
     format: Format,
     folder: Option<&Path>,
 ) -> io::Result<()> {
@@ -209,7 +211,7 @@ const ONLY_GLB: &str = "glTF is written as .glb only";
 const NO_MESHES: &str = "this format has no faces";
 
 /// Refuses what the format cannot hold.
-fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: Format) -> Result<()> {
+fn check_fits(path: &Path, mesh: &TriMesh, attributes: &Attributes, format: Format) -> Result<()> {
     match format {
         Format::Gltf => Err(output_error(path, ONLY_GLB, "name the result .glb")),
         other if other.is_of_points() || other.is_of_volumes() => {

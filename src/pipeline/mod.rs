@@ -117,18 +117,19 @@ fn run(
     match make(RunInput::new(mesh, repaired, options)) {
         Err(Error::Usage { problem, field: None, .. }) if may_give_up_fixed(options) => {
             let made = make(RunInput { gives_up_fixed: true, ..RunInput::new(mesh, None, options) })?;
-            let mut found = finish((mesh, options), made, clock, progress)?;
+            let mut found = finish(mesh, options, made, clock, progress)?;
             let text = format!("sharp edges were given up: {problem}");
             found.summary.warn(WarningCode::SharpEdges, text);
             Ok(found)
         }
-        made => finish((mesh, options), made?, clock, progress),
+        made => finish(mesh, options, made?, clock, progress),
     }
 }
 
 /// What is made and measured of a mesh in the end.
 fn finish(
-    (mesh, options): (&TriMesh, &Options),
+    mesh: &TriMesh,
+    options: &Options,
     (made, course): (Made, Course),
     mut clock: Clock,
     progress: &mut ProgressReporter,
@@ -158,8 +159,7 @@ fn finish(
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, apart, options, p))?;
     clock.phase("measure");
     progress.done(1.0)?;
-    let deviation = course.summary(measured.output.distances);
-    let diagonal = frame.scale;
+    let (deviation, diagonal) = (course.summary(measured.output.distances), frame.scale);
     let spacing = diagonal * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
     let shapes = Shapes { options, input: before, result: after, spacing, diagonal };
@@ -199,7 +199,7 @@ fn finish(
         disks: outcome.disks.map(|disks| disks.scaled(frame.scale)),
         energy: measured.energy,
         features: outcome.features,
-        small_angles: SmallAngleSummary::new((&result, smallest), outcome.mended, options),
+        small_angles: SmallAngleSummary::new(&result, smallest, outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),

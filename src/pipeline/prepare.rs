@@ -212,7 +212,7 @@ fn divide(
     let mut tries = 0;
     loop {
         let spacing = spacing(components.area(), vertices);
-        let target = ComponentTarget::new(options, (vertices, spacing), frame, progress);
+        let target = ComponentTarget::new(options, vertices, spacing, frame, progress);
         match components.divide(&unit, &target) {
             Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;

@@ -41,7 +41,8 @@ pub struct SmallAngleSummary {
 impl SmallAngleSummary {
     /// For a result with this smallest angle, in degrees, if its small angles were to be mended.
     pub(crate) fn new(
-        (result, smallest): (&TriMesh, f64),
+        result: &TriMesh,
+        smallest: f64,
         mended: MendingCounts,
         options: &Options,
     ) -> Option<Self> {

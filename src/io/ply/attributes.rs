@@ -113,7 +113,7 @@ fn take_columns(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Kind, Vec<
 }
 
 /// One attribute with a component for each column.
-fn join_columns(name: &str, role: Role, (kind, columns): (Kind, Vec<Column>)) -> Attribute {
+fn join_columns(name: &str, role: Role, kind: Kind, columns: &[Column]) -> Attribute {
     let length = columns.first().map_or(0, |column| column.values.len());
     let value = |(index, column): (usize, &Column)| column.values.get(index).copied().unwrap_or(0.0);
     let values = (0..length).flat_map(|index| columns.iter().map(move |column| (index, column)));
@@ -124,10 +124,9 @@ fn join_columns(name: &str, role: Role, (kind, columns): (Kind, Vec<Column>)) ->
 fn join_attributes(mut columns: Vec<Column>, role: impl Fn(&Column) -> Role) -> Vec<Attribute> {
     let mut found = Vec::new();
     let colour = take_columns(&mut columns, &COLOUR).or_else(|| take_columns(&mut columns, &COLOUR[..3]));
-    found.extend(colour.map(|colour| join_columns("colour", Role::Colour, colour)));
-    found.extend(
-        take_columns(&mut columns, &NORMAL).map(|normal| join_columns("normal", Role::Normal, normal)),
-    );
+    found.extend(colour.map(|(kind, colour)| join_columns("colour", Role::Colour, kind, &colour)));
+    let normal = take_columns(&mut columns, &NORMAL);
+    found.extend(normal.map(|(kind, normal)| join_columns("normal", Role::Normal, kind, &normal)));
     found.extend(columns.into_iter().map(|column| {
         let role = role(&column);
         Attribute::new(&column.name, role, column.kind, 1, column.values)
@@ -168,8 +167,8 @@ pub(crate) fn build_attributes(
     let mut vertex = vertex.valid_columns("vertex", notes);
     let face = face.valid_columns("face", notes);
     let texture = TEXTURE.iter().find_map(|names| take_columns(&mut vertex, names));
-    let by_vertex = texture.map(|texture| {
-        let flat = join_columns("", Role::Other, texture);
+    let by_vertex = texture.map(|(kind, texture)| {
+        let flat = join_columns("", Role::Other, kind, &texture);
         let of_corner = |v: &u32| [flat.at(*v as usize)[0], flat.at(*v as usize)[1]];
         let values = mesh.triangles.as_flattened().iter().map(of_corner).collect();
         CornerUv { kind: flat.kind, values }

@@ -72,7 +72,7 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<()> {
     let offset = number::<4>(bytes, OFFSET).map_or(0, u32::from_le_bytes) as usize;
     let left = bytes.len().saturating_sub(offset) as u64;
     if !header.point_format().is_compressed {
-        return check_declared_count((count, ["point", "points"]), length, left, "the header".to_owned());
+        return check_declared_count(count, ["point", "points"], length, left, "the header".to_owned());
     }
     if expands_too_far(count.saturating_mul(length), bytes.len() as u64) {
         return Err(broken_file(format!("it declares {count} points, more than fit into it")));

@@ -186,7 +186,7 @@ fn text(header: &Header) -> Result<Loaded> {
     let numbers: u64 = header.fields.iter().map(|field| field.count as u64).sum();
     let body = without_padding(header.body);
     let left = body.len() as u64 + 1;
-    check_declared_count((header.points, ["point", "points"]), 2 * numbers.max(1), left, place())?;
+    check_declared_count(header.points, ["point", "points"], 2 * numbers.max(1), left, place())?;
     let mut columns = columns(&header.fields);
     let mut lines = body.split(|byte| *byte == b'\n');
     let (mut at, mut done) = (header.lines, 0);
@@ -229,12 +229,7 @@ fn stride(header: &Header) -> usize {
 fn binary(header: &Header) -> Result<Loaded> {
     let stride = stride(header);
     let place = format!("line {}", header.lines);
-    check_declared_count(
-        (header.points, ["point", "points"]),
-        stride as u64,
-        header.body.len() as u64,
-        place,
-    )?;
+    check_declared_count(header.points, ["point", "points"], stride as u64, header.body.len() as u64, place)?;
     let mut columns = columns(&header.fields);
     for point in header.body.chunks_exact(stride).take(header.points as usize) {
         let mut at = 0;
@@ -271,7 +266,7 @@ fn read_compressed(header: &Header) -> Result<Loaded> {
         return Err(Error::input(Some(place()), problem, "get the complete file, or export it again"));
     };
     let stride = stride(header) as u64;
-    check_declared_count((header.points, ["point", "points"]), stride, plain.len() as u64, place())?;
+    check_declared_count(header.points, ["point", "points"], stride, plain.len() as u64, place())?;
     let mut columns = columns(&header.fields);
     let mut rest = plain.as_slice();
     for (field, column) in header.fields.iter().zip(&mut columns) {

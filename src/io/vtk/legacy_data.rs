@@ -167,7 +167,7 @@ impl<'a> Cursor<'a> {
     fn text_values(&mut self, count: usize, budget: &mut Budget) -> Result<Values<'a>> {
         let left = self.rest().len() as u64 + 1;
         if (count as u64).saturating_mul(2) > left {
-            check_declared_count((count as u64, ["number", "numbers"]), 2, left, self.place())?;
+            check_declared_count(count as u64, ["number", "numbers"], 2, left, self.place())?;
         }
         budget.take(8 * count as u64)?;
         let mut words = std::iter::from_fn(|| self.word());

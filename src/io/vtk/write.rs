@@ -211,7 +211,7 @@ pub(crate) fn write_poly_data(
         mesh.vertices.len(),
         mesh.triangles.len()
     );
-    write_xml(file, (mesh, attributes), ["PolyData", "Polys", &counts], false)
+    write_xml(file, mesh, attributes, ["PolyData", "Polys", &counts], false)
 }
 
 /// Writes a .vtu file.
@@ -222,12 +222,13 @@ pub(crate) fn write_unstructured(
 ) -> io::Result<()> {
     let counts =
         format!("NumberOfPoints=\"{}\" NumberOfCells=\"{}\"", mesh.vertices.len(), mesh.triangles.len());
-    write_xml(file, (mesh, attributes), ["UnstructuredGrid", "Cells", &counts], true)
+    write_xml(file, mesh, attributes, ["UnstructuredGrid", "Cells", &counts], true)
 }
 
 fn write_xml(
     file: &mut dyn Write,
-    (mesh, attributes): (&TriMesh, &Attributes),
+    mesh: &TriMesh,
+    attributes: &Attributes,
     [kind, list, counts]: [&str; 3],
     with_types: bool,
 ) -> io::Result<()> {

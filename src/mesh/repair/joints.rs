@@ -38,7 +38,7 @@ pub(super) fn join(
             if split.contains(&edge.triangle) || faces.get(&edge_key(edge.from, edge.to)) != Some(&1) {
                 continue;
             }
-            let inside = vertices_on(mesh, edge, (&tree, &boundary), farthest, &reach);
+            let inside = vertices_on(mesh, edge, &tree, &boundary, farthest, &reach);
             if let Some(new) = parts_of(edge, &inside, &faces) {
                 split.insert(edge.triangle);
                 counts.edges_joined += inside.len();
@@ -57,7 +57,8 @@ pub(super) fn join(
 fn vertices_on(
     mesh: &TriMesh,
     edge: &BoundaryEdge,
-    (tree, boundary): (&KdTree, &[u32]),
+    tree: &KdTree,
+    boundary: &[u32],
     farthest: f64,
     reach: impl Fn(u32) -> Option<f64>,
 ) -> Vec<u32> {

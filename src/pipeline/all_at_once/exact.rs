@@ -177,7 +177,7 @@ impl<'a> ExactRun<'a> {
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let triangles = closest_triangles(surface, &positions);
         let sites = SitesOnSurface { positions, triangles };
-        connect_exact_cells(self.device, surface, input, (sites, self.spacing), progress)
+        connect_exact_cells(self.device, surface, input, sites, self.spacing, progress)
     }
 }
 
@@ -193,7 +193,8 @@ pub(crate) fn connect_exact_cells(
     device: &Device,
     surface: &Surface,
     input: &Topology,
-    (sites, spacing): (SitesOnSurface, f64),
+    sites: SitesOnSurface,
+    spacing: f64,
     progress: &mut ProgressReporter,
 ) -> Result<Outcome> {
     let near = near_sites(device, &sites.positions)?;

@@ -66,7 +66,7 @@ impl AllAtOnce<'_> {
             Outcome { steps, exact: Some(exact), ..run.connect(surface, input, progress)? }
         } else {
             begin(progress)?;
-            exact::connect_exact_cells(device, surface, input, (seeds, spacing), progress)?
+            exact::connect_exact_cells(device, surface, input, seeds, spacing, progress)?
         };
         // Points that were moved are no longer a Poisson-disk sampling.
         let disks = disks.filter(|_| options.iterations == 0);

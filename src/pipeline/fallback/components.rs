@@ -87,7 +87,7 @@ impl Components {
             (0..self.count()).partition(|part| *part != largest && share(*part) < SMALL);
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
-            small.iter().zip(&of_small).map(|(part, of)| Part::new((of, self.areas[*part]))).collect();
+            small.iter().zip(&of_small).map(|(part, of)| Part::new(of, self.areas[*part])).collect();
         let mut claims: Vec<Claim> = (0..self.count())
             .map(|part| Claim { area: self.areas[part], vertices: self.vertices(mesh, part), least: 0 })
             .collect();
@@ -274,7 +274,7 @@ impl Components {
     /// A component with its target lengths.
     fn sized_part<'s>(&self, submesh: &'s TriMesh, part: usize, sizes: Option<&SizeField>) -> Part<'s> {
         let Some(sizes) = sizes.filter(|sizes| !sizes.is_uniform()) else {
-            return Part::new((submesh, self.areas[part]));
+            return Part::new(submesh, self.areas[part]);
         };
         let mut lengths = vec![1.0; submesh.vertices.len()];
         let mut area = 0.0;
@@ -283,7 +283,7 @@ impl Components {
             submesh.triangles[k].iter().zip(at_corners).for_each(|(v, length)| lengths[*v as usize] = length);
             area += submesh.triangle_area(k) * sizes.density(*t as usize);
         }
-        Part { lengths, ..Part::new((submesh, area)) }
+        Part { lengths, ..Part::new(submesh, area) }
     }
 
     /// The whole surface remeshed.
@@ -311,7 +311,7 @@ struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    fn new((surface, area): (&'a TriMesh, f64)) -> Self {
+    fn new(surface: &'a TriMesh, area: f64) -> Self {
         Self { surface, area, lengths: Vec::new() }
     }
 }

@@ -144,7 +144,7 @@ impl Fallback<'_> {
     fn component_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> ComponentTarget<'p> {
         let spacing = spacing(self.context.surface.area(), vertices);
         let target =
-            ComponentTarget::new(self.context.options, (vertices, spacing), self.context.frame, progress);
+            ComponentTarget::new(self.context.options, vertices, spacing, self.context.frame, progress);
         ComponentTarget { sizes: Some(self.sizes), ..target }
     }
 }

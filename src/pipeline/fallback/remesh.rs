@@ -41,7 +41,8 @@ impl<'a> ComponentTarget<'a> {
     /// From the options, for a mesh with this spacing.
     pub fn new(
         options: &Options,
-        (vertices, spacing): (usize, f64),
+        vertices: usize,
+        spacing: f64,
         frame: &'a UnitFrame,
         progress: &'a ProgressToken,
     ) -> Self {
