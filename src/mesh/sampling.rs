@@ -15,7 +15,7 @@ use crate::{ProgressToken, Result};
 const CHUNK: usize = 2048;
 /// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the
 /// solution of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
-const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+pub(crate) const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// Where to sample a mesh. Vertices, edges and faces are listed in the leaf order of its hierarchy, so that
 /// successive samples are near each other and each search can start from the last one's result.

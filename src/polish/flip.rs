@@ -20,7 +20,7 @@ const MIN_COSINE: f64 = -0.6;
 /// is obtuse.
 const WEIGHT_ON_CURVES: f64 = 2.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
-const MIN_GAIN: f64 = 1e-6;
+pub(super) const MIN_GAIN: f64 = 1e-6;
 
 /// Flips edges where that is a gain, in a fixed order and in at most `sweeps` passes over all edges; returns
 /// the number of flips. `valence_weight` is the weight of valences (see [`valence_gain`]) against cotangents.
@@ -71,7 +71,7 @@ fn is_near(half_edges: &HalfEdgeMesh, h: u32, changed: Option<&[bool]>) -> bool 
 /// Whether the edge of `h` may and should be flipped; false for the second of its two half-edges.
 fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_weight: f64, h: u32) -> bool {
     let Some(twin) = half_edges.twin(h).filter(|&twin| h < twin) else { return false };
-    let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
+    let ring @ [a, b, ..] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
     // In strips between two curves, angles say more than numbers.
     let is_chord = locked.fixed[a as usize] && locked.fixed[b as usize];
@@ -81,6 +81,12 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
     if valence <= MIN_GAIN && has_acute_angles(corners) || angle_gain(corners) + valence <= MIN_GAIN {
         return false;
     }
+    is_allowed(half_edges, locked, [h, twin]) && keeps_shape(corners)
+}
+
+/// Whether an edge may be flipped as far as the topology, curves and patches are concerned.
+pub(super) fn is_allowed(half_edges: &HalfEdgeMesh, locked: Locked, [h, twin]: [u32; 2]) -> bool {
+    let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     c != d
         && ring.iter().all(|&v| half_edges.kind(v) != VertexKind::Irregular)
         && half_edges.valence(a) >= MIN_VALENCE
@@ -88,7 +94,6 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
         && !locked.holds(a, b)
         && !half_edges.joined(c, d)
         && half_edges.patch(h / 3) == half_edges.patch(twin / 3)
-        && keeps_shape(corners)
 }
 
 /// Negated sum of the cotangents of the two angles opposite the edge: positive if they exceed 180° together.
@@ -173,9 +178,14 @@ pub(crate) fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
     new.dot(pair) > MIN_AGREEMENT * new_len * pair_len
         && next.dot(pair) > MIN_AGREEMENT * next_len * pair_len
         && dihedral >= MIN_DIHEDRAL.min(before)
-        && [[a, d, c], [b, c, d], [d, a, c], [c, b, d], [c, d, a], [d, c, b]]
-            .iter()
-            .all(|&[at, p, q]| (p - at).dot(q - at) >= MIN_COSINE * (p - at).length() * (q - at).length())
+        && has_no_wide_angle([a, b, c, d])
+}
+
+/// Whether no angle of the triangles after the flip is too wide.
+pub(super) fn has_no_wide_angle([a, b, c, d]: [DVec3; 4]) -> bool {
+    [[a, d, c], [b, c, d], [d, a, c], [c, b, d], [c, d, a], [d, c, b]]
+        .iter()
+        .all(|&[at, p, q]| (p - at).dot(q - at) >= MIN_COSINE * (p - at).length() * (q - at).length())
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod flip;
 mod improve;
 mod locked;
 mod outliers;
+mod quadric;
 mod relax;
 mod slide;
 mod target;
@@ -29,10 +30,13 @@ pub use target::Target;
 use glam::DVec3;
 
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::mesh::half_edges::{edge_key, next};
+use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result};
 use flip::flip_edges;
 pub(crate) use flip::{angle_gain, keeps_shape};
 use locked::Locked;
+pub(crate) use quadric::{PulledSite, add_ridges, line_up, pull_sites};
 pub(crate) use relax::folds_or_flattens;
 use slide::SlidingCurves;
 
@@ -42,6 +46,8 @@ pub(crate) const FEW_ROUNDS: u32 = 4;
 const SWEEPS: u32 = 2;
 /// Last rounds, in which flips serve the angles alone.
 pub(crate) const ANGLE_ROUNDS: u32 = 3;
+/// Least cosine between two triangles whose edge between held vertices may be flipped.
+const FLAT: f64 = 0.9;
 /// Passes over the worst triangles.
 const WORST_PASSES: u32 = 6;
 
@@ -91,8 +97,19 @@ pub fn polish(
     options: &PolishOptions,
     progress: &ProgressToken,
 ) -> Result<Polished> {
+    polish_beside(constrained, &[], target, options, progress)
+}
+
+/// As [`polish`], but vertices that are `held` stay, with the edges between them at which the mesh turns.
+pub(crate) fn polish_beside(
+    constrained: &mut ConstrainedMesh,
+    held: &[bool],
+    target: &Target,
+    options: &PolishOptions,
+    progress: &ProgressToken,
+) -> Result<Polished> {
     let mut half_edges = constrained.take_half_edges();
-    let polished = polish_half_edges(&mut half_edges, constrained, target, options, progress);
+    let polished = polish_half_edges(&mut half_edges, (constrained, held), target, options, progress);
     constrained.keep_half_edges(half_edges);
     polished
 }
@@ -110,18 +127,20 @@ pub(crate) fn improve_worst(
 
 fn polish_half_edges(
     half_edges: &mut HalfEdgeMesh,
-    constrained: &mut ConstrainedMesh,
+    (constrained, held): (&mut ConstrainedMesh, &[bool]),
     target: &Target,
     options: &PolishOptions,
     progress: &ProgressToken,
 ) -> Result<Polished> {
     let mut polished = Polished::default();
-    let curve_edges = constrained.kept_edges(options.keeps_chords);
+    let mut curve_edges = constrained.kept_edges(options.keeps_chords);
+    curve_edges.extend(held_edges(half_edges, &constrained.mesh.vertices, held));
     let sliding = if options.slides { constrained.sliding_curves.clone() } else { Vec::new() };
     let ConstrainedMesh { mesh, fixed, lengths, cache, .. } = &mut *constrained;
     let points = &mut mesh.vertices;
     let ranks = &mut cache.ranks.take(points.len());
-    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, fixed, v)).collect();
+    let is_held = |v: usize| held.get(v).copied().unwrap_or(false);
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, fixed, v) || is_held(v)).collect();
     let locked = Locked { fixed: &fixed, curve_edges: &curve_edges };
     let mut sliding_curves = SlidingCurves::new(sliding, points.len());
     let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
@@ -154,4 +173,20 @@ fn polish_half_edges(
 /// Whether vertex `v` may not move: it is in `fixed`, on a boundary, or irregular.
 pub(crate) fn is_fixed(half_edges: &HalfEdgeMesh, fixed: &[bool], v: usize) -> bool {
     half_edges.kind(v as u32) != VertexKind::Inner || fixed.get(v).copied().unwrap_or(false)
+}
+
+/// The edges between held vertices at which the mesh turns.
+fn held_edges(half_edges: &HalfEdgeMesh, points: &[DVec3], held: &[bool]) -> Vec<(u32, u32)> {
+    if held.is_empty() {
+        return Vec::new();
+    }
+    let normal = |h: u32| {
+        doubled_normal(half_edges.triangles[h as usize / 3].map(|v| points[v as usize])).normalize_or_zero()
+    };
+    let turns = |h: u32| half_edges.twin(h).is_some_and(|twin| normal(h).dot(normal(twin)) < FLAT);
+    (0..half_edges.half_edge_count())
+        .map(|h| (h, half_edges.origin(h), half_edges.origin(next(h))))
+        .filter(|(h, a, b)| held[*a as usize] && held[*b as usize] && turns(*h))
+        .map(|(_, a, b)| edge_key(a, b))
+        .collect()
 }

@@ -89,7 +89,7 @@ pub(crate) fn vertex_normal(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32)
 
 /// Moves vertices from `moved` back to `points` until no triangle folds or becomes flat; returns how many.
 /// `normals` are those of the vertices.
-fn undo_bad_moves(
+pub(super) fn undo_bad_moves(
     half_edges: &HalfEdgeMesh,
     points: &[DVec3],
     normals: &[DVec3],

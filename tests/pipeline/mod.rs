@@ -12,6 +12,7 @@ pub mod presets;
 pub mod progress;
 pub mod properties;
 pub mod remesher;
+pub mod ridges;
 pub mod rounding;
 pub mod shortage;
 pub mod shorter;

@@ -15,8 +15,8 @@ use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::polish::{
-    ConstrainedMesh, FitOptions, MeshCache, Outlier, OutlierOptions, PolishOptions, fit, polish,
-    reduce_outliers,
+    ConstrainedMesh, FitOptions, MeshCache, Outlier, OutlierOptions, PolishOptions, add_ridges, fit, line_up,
+    polish_beside, reduce_outliers,
 };
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
@@ -106,9 +106,21 @@ impl CoarseToFine<'_> {
                 }
             }
             let found = self.check(&mut now, reporting)?;
-            if found.faces > 0 && self.begins_again(on, &mut now, &found, &mut retries, reporting)? {
+            // A mesh along ridges that intersects itself is not kept; there is another one.
+            let is_only_try = !now.level.on_ridges.is_empty();
+            if found.faces > 0
+                && !is_only_try
+                && self.begins_again(on, &mut now, &found, &mut retries, reporting)?
+            {
                 level = now.level;
                 continue;
+            }
+            if is_only_try {
+                // Mending takes longest, and brings a mesh no closer.
+                if self.rms(&now.mesh.mesh, reporting)? > now.level.most_rms {
+                    return Ok(now);
+                }
+                add_ridges(&mut now.mesh);
             }
             if is_kept && (found.faces == 0 || !self.is_replaced_as_a_whole()) {
                 self.mend(&mut now, found.faces, reporting)?;
@@ -132,14 +144,18 @@ impl CoarseToFine<'_> {
         let rounds = self.context.options.coarse_to_fine.polish_rounds + more_rounds;
         let options = PolishOptions { rounds, keeps_chords: retries.keeps_chords, ..Default::default() };
         // Along curves, vertices slide one after the other.
-        let mut on_device = if slides { None } else { self.on_device(mesh, under)? };
+        let held = &now.level.on_ridges;
+        let mut on_device = if slides || !held.is_empty() { None } else { self.on_device(mesh, under)? };
         if on_device.is_none() {
             mesh.cache = MeshCache::on(target, under);
         }
         reporting.pass(Phase::Polish, reporting.cost.polish, |progress| match &mut on_device {
             Some(on) => self.polish_on_device(on, &mut mesh.mesh, &options, progress),
-            None => polish(mesh, target, &options, progress),
+            None => polish_beside(mesh, held, target, &options, progress),
         })?;
+        if !held.is_empty() {
+            reporting.progress.during(|progress| line_up(mesh, held, target, progress))?;
+        }
         Ok(on_device)
     }
 
@@ -150,7 +166,8 @@ impl CoarseToFine<'_> {
         mut on_device: Option<MeshOnDevice>,
         reporting: &mut Reporting,
     ) -> Result<()> {
-        let (slides, options) = (now.level.on_curves.is_some(), FitOptions::default());
+        let slides = now.level.on_curves.is_some() || !now.level.on_ridges.is_empty();
+        let options = FitOptions::default();
         let (mesh, under) = (&mut now.mesh, &now.level.sites.triangles);
         if slides {
             on_device = self.on_device(mesh, under)?;

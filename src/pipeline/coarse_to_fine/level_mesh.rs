@@ -26,12 +26,17 @@ impl LevelSites {
 }
 
 /// A level's mesh, in the unit-diagonal frame.
+#[derive(Clone)]
 pub(crate) struct LevelMesh {
     /// The connected sites.
     pub mesh: TriMesh,
     pub sites: SitesOnSurface,
     /// On surfaces with curves.
     pub on_curves: Option<LevelCurves>,
+    /// For each vertex whether it was pulled onto a ridge; empty if none was.
+    pub on_ridges: Vec<bool>,
+    /// The root mean square distance from the surface beyond which the mesh is of no use.
+    pub most_rms: f64,
     pub counts: ConnectCounts,
     /// Whether the mesh has the input's topology.
     pub is_sound: bool,
@@ -50,6 +55,8 @@ impl LevelMesh {
             mesh,
             sites: level.sites,
             on_curves: level.on_curves,
+            on_ridges: Vec::new(),
+            most_rms: f64::INFINITY,
             counts,
             is_sound: false,
             faulty_place: None,
@@ -73,6 +80,7 @@ impl LevelMesh {
 }
 
 /// The curve sites of a level, which stay in place.
+#[derive(Clone)]
 pub(crate) struct LevelCurves {
     pub sites: CurveSites,
     /// The index of each site of the level among these, [`NONE`] for an interior one.

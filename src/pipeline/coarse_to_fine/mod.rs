@@ -16,6 +16,7 @@ mod level_mesh;
 pub(crate) mod levels;
 mod mend;
 mod refine;
+mod ridges;
 mod round_facets;
 mod shared;
 mod shared_edges;
@@ -86,12 +87,13 @@ impl CoarseToFine<'_> {
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
         let steps = std::mem::take(&mut level.steps);
         let flags = level.flags;
-        let Improved { mesh, level, outliers, intersecting_faces, mended, fault, .. } =
-            self.improve(&on, level, last.spacing, &mut reporting)?;
-        let curve_sites = match &mended {
-            Some(mended) => mended.curve_vertices,
-            None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
-        };
+        let ridged = self.ridged(&level);
+        let mut improved = self.improve(&on, level, last.spacing, &mut reporting)?;
+        if let Some(ridged) = &ridged {
+            improved = self.closer(&on, (improved, ridged), last.spacing, &mut reporting)?;
+        }
+        let curve_sites = self.vertices_on_curves(&improved);
+        let Improved { mesh, level, outliers, intersecting_faces, mended, fault, .. } = improved;
         let mesh = mesh.mesh;
         let vertices = if self.context.deviation.is_some() { mesh.vertices.len() } else { self.vertices };
         Ok(Outcome {
