@@ -182,7 +182,8 @@ fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
 fn a_submission_that_does_not_end_is_told_with_the_command_that_it_runs() {
     let _turn = reserve_plan();
     // Limits dispatches, and waits for them, as on a GPU.
-    let options = DeviceOptions { dispatch_threads: Some(1 << 20), timings: true, ..DeviceOptions::from_env() };
+    let options =
+        DeviceOptions { dispatch_threads: Some(1 << 20), timings: true, ..DeviceOptions::from_env() };
     let device = with_hooks(|| Device::open(&options)).unwrap();
     plan_fault(Some(Fault { command: WAITING, at: 3, result: vk::Result::TIMEOUT, lasting: false }));
     let error = small_run(&device, &sample("bumpy-sphere").unwrap()).err().unwrap();
