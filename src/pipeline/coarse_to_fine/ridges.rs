@@ -33,6 +33,9 @@ const OFF_EDGES: f64 = 5e-4;
 /// smallest angle at least this share, and its mean quality lower by no more: where it is closer, and where
 /// it is much closer.
 const CLOSER: [[f64; 3]; 2] = [[0.9, 0.7, 0.02], [0.6, 0.55, 0.03]];
+/// If a larger share of the first one's triangles has an angle below 30 degrees, features are too close to
+/// each other for a second one to be better.
+const MANY_NARROW: f64 = 0.06;
 /// With a larger share of the distance before small angles are mended, it will not be better.
 const STILL_CLOSER: f64 = 0.95;
 /// At most this share of its triangles may have an angle below 30 degrees beyond those of the first one.
@@ -129,8 +132,11 @@ impl CoarseToFine<'_> {
         if is_thin || reporting.progress.leave_out() {
             return Ok(first);
         }
-        let Some(mut pulled) = self.pulled(on, level, spacing, reporting)? else { return Ok(first) };
         let standing = self.standing(&first, reporting)?;
+        if standing.narrow > MANY_NARROW {
+            return Ok(first);
+        }
+        let Some(mut pulled) = self.pulled(on, level, spacing, reporting)? else { return Ok(first) };
         pulled.most_rms = STILL_CLOSER * standing.rms;
         let second = self.improve(on, pulled, spacing, reporting)?;
         let is_better = self.standing(&second, reporting)?.is_better_than(&standing);
