@@ -249,7 +249,7 @@ fn run_with_known(
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;
     let attributes = carry_attributes(&cloud.attributes, &points.origin, &tree, &mesh);
-    mesh.vertices.iter_mut().for_each(|p| *p = points.frame.from_unit(*p));
+    mesh.vertices.iter_mut().for_each(|p| *p = points.frame.to_input_units(*p));
     Ok(CloudSurface {
         mesh,
         attributes,

@@ -57,13 +57,13 @@ impl UnitFrame {
     }
 
     /// A point in the file's units, mapped into the unit frame.
-    pub fn to_unit(&self, point: DVec3) -> DVec3 {
+    pub fn to_unit(self, point: DVec3) -> DVec3 {
         // Divided, not multiplied by the inverse, which overflows for the smallest boxes.
         (point - self.centre) / self.scale
     }
 
     /// A point of the unit frame, mapped back into the file's units.
-    pub fn from_unit(&self, point: DVec3) -> DVec3 {
+    pub fn to_input_units(self, point: DVec3) -> DVec3 {
         point * self.scale + self.centre
     }
 }

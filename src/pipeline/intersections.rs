@@ -65,7 +65,7 @@ pub(crate) fn intersecting_on_device(
 }
 
 fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {
-    let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
+    let vertices = mesh.vertices.iter().map(|p| frame.to_input_units(*p)).collect();
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }
 

@@ -161,7 +161,7 @@ impl Fault {
         };
         let Some(at) = self.at else { return what };
         let decimals = decimals(frame.scale);
-        let [x, y, z] = frame.from_unit(at).to_array();
+        let [x, y, z] = frame.to_input_units(at).to_array();
         format!("{what} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})")
     }
 }

@@ -130,7 +130,7 @@ impl Prepared {
         let mut mesh = std::mem::take(&mut outcome.mesh);
         face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
-        mesh.vertices.par_iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
+        mesh.vertices.par_iter_mut().for_each(|p| *p = self.frame.to_input_units(*p));
         separate_coincident(&mut mesh);
         mesh
     }

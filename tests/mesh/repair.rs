@@ -137,7 +137,7 @@ fn frames_map_to_the_unit_box_and_back() {
                 "{unit:?}"
             );
             for (corner, unit) in corners.iter().zip(unit) {
-                let error = (frame.from_unit(unit) / scale - *corner / scale).length();
+                let error = (frame.to_input_units(unit) / scale - *corner / scale).length();
                 assert!(error < 1e-9, "{scale:e}: {error:e}");
             }
         }

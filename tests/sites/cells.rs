@@ -135,7 +135,7 @@ fn threads_do_not_wait_for_each_other_where_cells_need_more_sites_than_are_liste
             let together = pool(threads).install(|| scene.cells(&near));
             assert_eq!((&together.fans, together.is_closed), (&alone.fans, true), "{threads} threads");
         }
-        drop(send.send(()));
+        send.send(()).unwrap();
     });
     receive.recv_timeout(Duration::from_secs(300)).unwrap();
 }

@@ -65,7 +65,7 @@ pub(crate) fn smooth_borders(
     let moved = moved(&unit, moves, &is_given);
     for (v, by) in moved.iter().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
         unit.vertices[v] += *by;
-        mesh.vertices[v] = frame.from_unit(unit.vertices[v]);
+        mesh.vertices[v] = frame.to_input_units(unit.vertices[v]);
     }
     (0..).zip(&sides.is_border).filter(|(_, is)| **is).map(|(half, _)| half).collect()
 }

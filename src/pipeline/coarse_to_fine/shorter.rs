@@ -134,7 +134,7 @@ impl Runner<'_, '_> {
     fn summary(&self, places: &[DVec3], sizes: &SizeField, share: f64) -> ShorterEdges {
         let [least, largest] = sizes.range();
         ShorterEdges {
-            places: places.iter().map(|p| self.shared.context.frame.from_unit(*p).to_array()).collect(),
+            places: places.iter().map(|p| self.shared.context.frame.to_input_units(*p).to_array()).collect(),
             shortest: least / largest,
             vertices: (share * self.shared.context.plan.vertices as f64).round() as usize,
         }
