@@ -23,7 +23,8 @@ def degrees(feature_angle: Any) -> float:
     """The least angle of sharp edges."""
     angle = real_number(feature_angle, "feature_angle")
     if not 0 < angle <= 180:
-        raise InputError(f"`feature_angle` {angle:g} is out of range; use above 0 to 180 degrees")
+        problem = f"`feature_angle` {angle:g} is out of range"
+        raise InputError(f"{problem}; use a number above 0 and at most 180 degrees")
     return angle
 
 

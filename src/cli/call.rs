@@ -51,7 +51,7 @@ pub struct Call {
 pub struct CallOption {
     /// Its name, without the dashes before it.
     pub name: String,
-    /// What stands for its value in help; `None` if it has none.
+    /// The placeholder for its value in the help; `None` if the option takes no value.
     pub value: Option<String>,
     /// All values it may have, if they are few.
     pub choices: Vec<String>,

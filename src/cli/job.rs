@@ -26,12 +26,12 @@ pub struct Request<'a> {
     pub method: &'a MethodArgs,
     pub attributes: &'a AttributeArgs,
     pub size: Size,
-    /// All but what depends on the mesh. With the format of the output, if it is a file.
+    /// The options except those that depend on the mesh; the output's format is set if it goes to a file.
     pub options: Options,
     /// What `--sizing property:NAME` takes instead of an attribute of the mesh, with a number for each vertex
-    /// or point. The result does not get it.
+    /// or point. It is not carried over to the result.
     pub sizing: Option<Attribute>,
-    /// What is asked for besides what attributes need.
+    /// The correspondence to compute in addition to what the attributes need.
     pub correspondence: CorrespondenceRequest,
     /// The name of the input in errors.
     pub file: Option<&'a Path>,
@@ -43,7 +43,7 @@ pub enum SurfaceSource<'a> {
     Mesh(Cow<'a, Loaded>),
     /// Points.
     Points { cloud: PointCloud, holes: &'a HoleArgs },
-    /// Values on a grid; `closed` as the option.
+    /// Values on a grid; `closed` as the option `--closed`.
     Volume { volume: Cow<'a, Volume>, args: &'a VolumeArgs, closed: bool },
 }
 
@@ -52,12 +52,13 @@ pub enum SurfaceSource<'a> {
 pub struct Notes<'a> {
     /// Those for a report.
     pub list: Vec<String>,
-    /// The file that people are told of.
+    /// The file named in printed notes; nothing is printed if it is `None`.
     told: Option<&'a Path>,
 }
 
 impl<'a> Notes<'a> {
-    /// Begins with the notes of reading, which people know. Further ones about the file `told` are printed.
+    /// Starts with the notes from reading, which have been printed already. Later ones are printed with the
+    /// name of the file `told`.
     pub fn new(list: Vec<String>, told: Option<&'a Path>) -> Self {
         Self { list, told }
     }
@@ -69,7 +70,7 @@ impl<'a> Notes<'a> {
         self.list.push(note);
     }
 
-    /// Tells people of what is not for a report.
+    /// Prints a note without adding it to the report's list.
     pub fn mention(&self, note: &str) {
         if let Some(file) = self.told {
             tell_notes(file, &[note.to_owned()]);
@@ -114,7 +115,7 @@ impl<'a> RemeshJob<'a> {
         request.prepare(source, notes, run).map_err(|error| in_file(error, file))
     }
 
-    /// The plan of the run, which is not made.
+    /// The plan of the run, without running it.
     ///
     /// # Errors
     /// Those of [`preview_repaired`].
@@ -123,7 +124,7 @@ impl<'a> RemeshJob<'a> {
         plan.map_err(|error| in_file(error, self.file))
     }
 
-    /// Makes the run, and collects the warnings.
+    /// Runs, and collects the warnings.
     ///
     /// # Errors
     /// Those of [`remesh_repaired`] and [`refuse_messages`].
@@ -175,7 +176,7 @@ impl<'a> Request<'a> {
         notes: &mut Notes,
         run: &mut RunProgress,
     ) -> Result<RemeshJob<'a>> {
-        // What only the attributes decide is known before any long work.
+        // An attribute that is missing is reported before any long work.
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
         let loaded = self.make_surface(source, notes, run)?;
         let repaired = count(self.size, &loaded.mesh, &mut self.options, notes)?;
@@ -190,8 +191,8 @@ impl<'a> Request<'a> {
         Ok(RemeshJob { attributes, file, loaded, options, repaired })
     }
 
-    /// The surface. Edges of one that is made are none of the object's, so the options get no sharp edges
-    /// unless they were asked for.
+    /// The surface. If it is made from points or a volume, its sharp edges are artefacts, so the options get
+    /// none unless the user set the feature angle.
     fn make_surface(
         &mut self,
         source: SurfaceSource<'a>,
@@ -245,7 +246,7 @@ impl SurfaceSource<'_> {
     }
 }
 
-/// The attributes among which `--sizing` looks for its own: `own` alone, if it is given.
+/// The attributes among which `--sizing` looks up its values: `own` alone, if it is given.
 fn sizing_among<'a>(own: Option<&'a Attribute>, of_mesh: &'a [Attribute]) -> &'a [Attribute] {
     own.map_or(of_mesh, std::slice::from_ref)
 }

@@ -34,7 +34,7 @@ fn require_openable_in(closed_by: u32, process: u32) -> Result<()> {
     }
     Err(Error::device(
         "this process was forked from one that had used a Vulkan driver, which does not survive a fork",
-        "start processes without a fork (spawn), or fork before the first use",
+        "start worker processes with spawn instead of fork, or fork before the first use of a device",
     ))
 }
 

@@ -389,7 +389,7 @@ impl StarMesh {
             self.sizes[kept as usize] = self.size(gone, kept);
         }
         self.points[kept as usize] = to;
-        self.vertex_removed();
+        self.count_removed_vertex();
     }
 }
 

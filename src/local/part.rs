@@ -81,7 +81,7 @@ impl StarMesh {
                     self.sizes[name] = mesh.sizes[v];
                 }
                 if !mesh.is_used(v as u32) {
-                    self.vertex_removed();
+                    self.count_removed_vertex();
                 }
             } else {
                 let size = mesh.sizes.get(v).copied().unwrap_or(1.0);
@@ -90,7 +90,7 @@ impl StarMesh {
                 names.push(name);
                 // One that has come and gone.
                 if !mesh.is_used(v as u32) {
-                    self.vertex_removed();
+                    self.count_removed_vertex();
                 }
             }
         }
@@ -108,8 +108,9 @@ impl StarMesh {
 }
 
 impl Part {
-    /// The index in the part of one of its triangles of the whole mesh, as its vertices.
-    pub fn find(&self, t: u32) -> Option<[u32; 3]> {
+    /// The corners, as numbered in the part, of a triangle of the whole mesh; `None` if the part does not
+    /// have it.
+    pub fn corners_of(&self, t: u32) -> Option<[u32; 3]> {
         let k = self.triangles.binary_search(&t).ok()?;
         self.mesh.triangles.get(k).copied()
     }

@@ -234,7 +234,7 @@ impl StarMesh {
     }
 
     /// Notes that a vertex has lost all its triangles.
-    pub fn vertex_removed(&mut self) {
+    pub fn count_removed_vertex(&mut self) {
         self.used -= 1;
     }
 

@@ -175,7 +175,11 @@ impl AllAtOnceOptions {
         check_range("lbfgs", self.lbfgs, 0..=MAX_LBFGS)?;
         if !(0.0..1.0).contains(&self.momentum) {
             let problem = format!("`momentum` {} is out of range", self.momentum);
-            return Err(Error::option("momentum", problem, "use 0 to below 1, such as 0.9"));
+            return Err(Error::option(
+                "momentum",
+                problem,
+                "use a number from 0 up to but not including 1, such as 0.9",
+            ));
         }
         if !(0.0..=MAX_OFFSET).contains(&self.offset) {
             let problem = format!("`offset` {} is out of range", self.offset);

@@ -183,7 +183,7 @@ impl CoarseToFineOptions {
         check_range("coarse_iterations", self.coarse_iterations, 0..=MAX_ITERATIONS)?;
         if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {
             let problem = format!("`feature_angle` {} is out of range", self.feature_angle);
-            let remedy = "use above 0 and at most 180 degrees; 180 disables sharp edges";
+            let remedy = "use a number above 0 and at most 180 degrees; 180 disables sharp edges";
             return Err(Error::option("feature_angle", problem, remedy));
         }
         if !(0.0..=MAX_MIN_ANGLE).contains(&self.min_angle) {
@@ -211,12 +211,12 @@ impl CoarseToFineOptions {
             return Err(Error::option(
                 "growth",
                 problem,
-                format!("use above 0 and at most {MAX_GROWTH}, such as 0.25"),
+                format!("use a number above 0 and at most {MAX_GROWTH}, such as 0.25"),
             ));
         }
         if !(0.0..=MAX_SMOOTH_LABELS).contains(&self.smooth_labels) {
             let problem = format!("`smooth_labels` {} is out of range", self.smooth_labels);
-            return Err(Error::option("smooth_labels", problem, "use 0 to 10 edges, such as 1"));
+            return Err(Error::option("smooth_labels", problem, "use 0 to 10 input edges, such as 1"));
         }
         for (name, length) in [("min_edge", self.min_edge), ("max_edge", self.max_edge)] {
             if let Some(Length::Units(value) | Length::OfDiagonal(value)) = length

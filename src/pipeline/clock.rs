@@ -32,7 +32,7 @@ impl Clock {
     }
 
     /// Ends the current phase under this name.
-    pub fn phase(&mut self, name: &'static str) {
+    pub fn end_phase(&mut self, name: &'static str) {
         let (now, waited) = (Instant::now(), self.device.time_waited());
         let milliseconds = (now - self.last).as_secs_f64() * 1e3;
         let waiting_milliseconds = (waited - self.last_waited).as_secs_f64() * 1e3;

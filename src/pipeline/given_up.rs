@@ -26,9 +26,9 @@ pub(crate) struct Searched<'a> {
     pub area: f64,
     /// Degrees.
     pub feature_angle: f64,
-    /// The number of vertices asked for, and those of them that are on components apart.
+    /// The number of vertices for this surface, and how many more there are on other components.
     pub vertices: usize,
-    pub apart: usize,
+    pub elsewhere: usize,
 }
 
 /// How many vertices keep sharp edges.
@@ -54,7 +54,7 @@ impl Searched<'_> {
             return Ok(None);
         }
         let enough = match self.enough(progress)? {
-            Enough::At(vertices) => in_groups(&(vertices + self.apart).to_string(), ','),
+            Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
             Enough::Unknown => "more".to_owned(),
             Enough::Never => return Ok(None),
         };

@@ -135,16 +135,16 @@ fn finish(
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
     let Made { prepared, mut outcome } = made;
-    let (search, apart) = (prepared.search(options), prepared.small_vertices());
+    let (search, elsewhere) = (prepared.search(options), prepared.small_vertices());
     let mut result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, input_intersections, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
-    clock.phase("connect");
+    clock.end_phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
     let correspondence =
         progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
     if correspondence.is_some() {
-        clock.phase("source");
+        clock.end_phase("source");
     }
     let measuring = Measuring {
         request: MeasureRequest::new(options),
@@ -156,15 +156,15 @@ fn finish(
         input_intersections: input_intersections.count().filter(|_| small.is_empty()),
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
-    let given_up = progress.during(|p| feature_warnings(&surface, &outcome, apart, options, p))?;
-    clock.phase("measure");
+    let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
+    clock.end_phase("measure");
     progress.done(1.0)?;
     let (deviation, diagonal) = (course.summary(measured.output.distances), frame.scale);
     let spacing = diagonal * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
     let shapes = Shapes { options, input: before, result: after, spacing, diagonal };
     let warnings = warnings(&WarningInput {
-        expected_vertices: outcome.vertices + apart,
+        expected_vertices: outcome.vertices + elsewhere,
         counts: &outcome.counts,
         flags: &outcome.flags,
         fault: outcome.fault.filter(Fault::is_refused).map(|fault| fault.describe(&frame)),
@@ -207,18 +207,18 @@ fn finish(
     Ok(Remeshed { mesh: result, correspondence, summary })
 }
 
-/// The warnings of a surface's features in an outcome; `apart` more vertices are on other components.
+/// The warnings of a surface's features in an outcome; `elsewhere` more vertices are on other components.
 fn feature_warnings(
     surface: &Surface,
     outcome: &Outcome,
-    apart: usize,
+    elsewhere: usize,
     options: &Options,
     progress: &ProgressToken,
 ) -> Result<Vec<Warning>> {
     let Some(found) = outcome.features else { return Ok(Vec::new()) };
     let vertices = outcome.vertices;
     let (on, feature_angle) = (&surface.mesh(), options.coarse_to_fine.feature_angle);
-    let searched = Searched { surface: on, area: surface.area(), feature_angle, vertices, apart };
+    let searched = Searched { surface: on, area: surface.area(), feature_angle, vertices, elsewhere };
     let given_up = searched.warning(&found, progress)?;
     Ok(given_up.into_iter().chain(searched.facets_warning(&found)).collect())
 }
@@ -295,7 +295,7 @@ fn make(
 ) -> Result<Made> {
     let (options, attempts_before, deviation) = (input.options, input.attempts, input.deviation);
     let mut prepared = progress.during(|progress| prepare(device, input, progress))?;
-    clock.phase("prepare");
+    clock.end_phase("prepare");
     let model = prepared.model.take();
     let (context, small_vertices) = (prepared.context(device, options, deviation), prepared.small_vertices());
     let outcome = attempt(Attempts { context, small_vertices, attempts_before }, model, progress, clock)?;

@@ -422,7 +422,11 @@ fn invalid_skins_are_left_out_with_a_note() {
     for (pointer, value, problem) in [
         ("/nodes/0/skin", json!(1), "there is no skin 1"),
         ("/skins/0/joints", json!([]), "skin 0: it has no joints"),
-        ("/skins/0/joints", json!([1]), "mesh 0, primitive 0: vertex 208 has joint 1 of 1"),
+        (
+            "/skins/0/joints",
+            json!([1]),
+            "mesh 0, primitive 0: vertex 208 refers to joint 1; joints count from 0, and the skin has 1",
+        ),
         ("/skins/0/joints/1", json!(77), "skin 0: its joint, node 77, is not in the scene"),
         ("/scenes/0/nodes", json!([0]), "skin 0: its joint, node 1, is not in the scene"),
         ("/skins/0/joints", json!([1, 2, 3]), "skin 0: accessor 4 has 2 elements for 3 joints"),

@@ -71,7 +71,7 @@ pub(crate) struct Primitive {
     pub indices: Option<usize>,
     pub mode: Option<u32>,
     pub material: Option<usize>,
-    /// Morph targets, which take no memory so.
+    /// Morph targets; `IgnoredAny` keeps none of their data.
     #[serde(default)]
     pub targets: Vec<IgnoredAny>,
 }
@@ -179,7 +179,7 @@ impl Model {
             return Err(Error::input(
                 place,
                 problem,
-                "export the mesh again without compression and extensions",
+                "export the mesh again without compression or extensions",
             ));
         }
         Ok(())

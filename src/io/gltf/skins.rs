@@ -291,7 +291,12 @@ impl<'a> SkinReader<'a> {
                     Some(number) => parts.push((*number, weight)),
                     // Nothing says which joint a weight of 0 has to have.
                     None if weight == 0.0 => {}
-                    None => return Err(format!("vertex {v} has joint {joint} of {}", numbers.len())),
+                    None => {
+                        return Err(format!(
+                            "vertex {v} refers to joint {joint}; joints count from 0, and the skin has {}",
+                            numbers.len()
+                        ));
+                    }
                 }
             }
             parts.retain(|(_, weight)| *weight > 0.0);
@@ -394,7 +399,7 @@ fn own_bones(bones: &mut Vec<Bone>, wanted: impl Iterator<Item = u32>) -> Vec<u3
 pub(super) fn animation_count(json: &[u8]) -> usize {
     #[derive(Deserialize)]
     struct Animated {
-        // Which take no memory so.
+        // `IgnoredAny` keeps none of their data.
         #[serde(default)]
         animations: Vec<IgnoredAny>,
     }

@@ -245,7 +245,7 @@ impl Mending<'_> {
 
     /// The part around a triangle after the best edit, if any is good enough.
     fn best_edit(&self, mesh: &StarMesh, part: &Part, t: u32, nearby: &Nearby) -> Option<Part> {
-        let triangle = part.find(t)?;
+        let triangle = part.corners_of(t)?;
         let surplus = self.surplus(mesh);
         let before = self.cost.of_all(&part.mesh);
         let is_obtuse = self.cost.small_angle(part.mesh.corners(triangle)).is_none();

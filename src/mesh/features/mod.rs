@@ -147,7 +147,7 @@ fn check(options: &FeatureOptions) -> Result<()> {
         let problem = format!("the feature angle {feature_angle} is out of range");
         return Err(Error::usage(
             problem,
-            "use above 0 and at most 180 degrees, such as 40; 180 disables \
+            "use a number above 0 and at most 180 degrees, such as 40; 180 disables \
         sharp edges",
         ));
     }

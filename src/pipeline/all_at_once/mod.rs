@@ -42,7 +42,7 @@ impl AllAtOnce<'_> {
         let cost = AttemptCost::new(&[work], surface.triangles.len(), options, vertices);
         progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let (seeds, disks) = self.seeds(progress)?;
-        clock.phase("seed");
+        clock.end_phase("seed");
         let begin = |progress: &mut ProgressReporter| {
             progress.phase(Phase::LastLevel, cost.levels[0].until, cost.levels[0].after)?;
             if options.iterations > 0 {
@@ -52,17 +52,17 @@ impl AllAtOnce<'_> {
         };
         let outcome = if options.has_plane_faces() {
             let run = PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
-            clock.phase("compile");
+            clock.end_phase("compile");
             begin(progress)?;
             let steps = run.iterate(device, options, progress)?;
-            clock.phase("iterate");
+            clock.end_phase("iterate");
             Outcome { steps, ..run.connect(device, surface, input, progress)? }
         } else if options.iterations > 0 {
             let mut run = ExactRun::new(device, options, surface, &seeds, spacing)?;
-            clock.phase("compile");
+            clock.end_phase("compile");
             begin(progress)?;
             let (steps, exact) = run.iterate(surface, progress)?;
-            clock.phase("iterate");
+            clock.end_phase("iterate");
             Outcome { steps, exact: Some(exact), ..run.connect(surface, input, progress)? }
         } else {
             begin(progress)?;
@@ -70,10 +70,10 @@ impl AllAtOnce<'_> {
         };
         // Points that were moved are no longer a Poisson-disk sampling.
         let disks = disks.filter(|_| options.iterations == 0);
-        clock.phase("connect");
+        clock.end_phase("connect");
         progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
         let outcome = self.with_fault(Outcome { disks, vertices, attempts: 1, ..outcome }, progress)?;
-        clock.phase("check");
+        clock.end_phase("check");
         Ok(outcome)
     }
 

@@ -45,7 +45,7 @@ impl Reporting<'_, '_> {
     ) -> Result<T> {
         self.progress.phase(phase, cost.until, cost.after)?;
         let done = self.progress.during(work)?;
-        self.clock.phase(phase.name());
+        self.clock.end_phase(phase.name());
         Ok(done)
     }
 }
@@ -106,16 +106,16 @@ impl CoarseToFine<'_> {
                 }
             }
             let found = self.check(&mut now, reporting)?;
-            // A mesh along ridges that intersects itself is not kept; there is another one.
-            let is_only_try = !now.level.on_ridges.is_empty();
+            // Instead of one along ridges that intersects itself, the first mesh is kept.
+            let is_second_mesh = !now.level.on_ridges.is_empty();
             if found.faces > 0
-                && !is_only_try
+                && !is_second_mesh
                 && self.begins_again(on, &mut now, &found, &mut retries, reporting)?
             {
                 level = now.level;
                 continue;
             }
-            if is_only_try {
+            if is_second_mesh {
                 // Mending takes longest, and brings a mesh no closer.
                 if self.rms(&now.mesh.mesh, reporting)? > now.level.most_rms {
                     return Ok(now);

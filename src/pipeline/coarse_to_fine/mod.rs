@@ -145,7 +145,7 @@ impl CoarseToFine<'_> {
                     is_last,
                 };
                 let level = self.level(on, &start, on_curves, &options, progress)?;
-                clock.phase(phase.name());
+                clock.end_phase(phase.name());
                 total += level.steps.len() as u32;
                 if level.is_sound || is_scattered {
                     break level;

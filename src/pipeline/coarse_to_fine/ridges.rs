@@ -15,34 +15,35 @@ use crate::{Result, TriMesh};
 use glam::DVec3;
 use std::collections::BTreeSet;
 
-/// No more vertices than this are pulled, since the host does it.
+/// Meshes with more vertices get no second mesh, since the host would take too long.
 const MOST_VERTICES: usize = 20_000;
-/// Degrees by which a mesh turns at edges on a ridge, at least,
+/// Edges where a mesh turns by at least this many degrees are sharp.
 const SHARP: f64 = 35.0;
-/// the share of its vertices that are on such edges,
+/// The least share of the vertices that are on sharp edges.
 const LEAST_SHARP: f64 = 0.003;
-/// degrees by which it turns at edges in a plane, at most,
+/// Edges where a mesh turns by less than this many degrees are in a plane.
 const PLANE: f64 = 0.1;
-/// and the share of its edges that are in planes: only where much of the surface is flat, as on CAD parts, do
-/// ridges stand out.
+/// The least share of the edges that are in planes: ridges stand out only where much of the surface is flat,
+/// as on CAD parts.
 const LEAST_PLANE: f64 = 0.2;
 /// Share of a spacing by which sites are moved off the edges of the surface's triangles.
 const OFF_EDGES: f64 = 5e-4;
 
 /// The second mesh is better if its root mean square distance is at most this share of the first one's, its
-/// smallest angle at least this share, and its mean quality lower by no more: where it is closer, and where
-/// it is much closer.
+/// smallest angle at least this share, and its mean quality lower by no more: the second row allows more for
+/// a much closer mesh.
 const CLOSER: [[f64; 3]; 2] = [[0.9, 0.7, 0.02], [0.6, 0.55, 0.03]];
-/// If a larger share of the first one's triangles has an angle below 30 degrees, features are too close to
+/// If a larger share of the first mesh's triangles has an angle below 30 degrees, features are too close to
 /// each other for a second one to be better.
-const MANY_NARROW: f64 = 0.06;
-/// With a larger share of the distance before small angles are mended, it will not be better.
+const MOST_NARROW: f64 = 0.06;
+/// The second mesh is dropped if, before its small angles are mended, it has more than this share of the
+/// first one's distance.
 const STILL_CLOSER: f64 = 0.95;
 /// At most this share of its triangles may have an angle below 30 degrees beyond those of the first one.
-const MORE_NARROW: f64 = 0.02;
-/// A smallest angle of so many degrees is large enough,
+const MOST_ADDED_NARROW: f64 = 0.02;
+/// A smallest angle of at least this many degrees is large enough, whatever the first one's.
 const WIDE: f64 = 25.0;
-/// and one of fewer is small, which none may become.
+/// The second mesh may not bring the smallest angle below this many degrees.
 const SMALL: f64 = 15.0;
 /// Samples of distances for each vertex.
 const SAMPLES: usize = 8;
@@ -53,7 +54,7 @@ impl CoarseToFine<'_> {
         (self.may_pull(level) && has_ridges(level)).then(|| level.clone())
     }
 
-    /// A level with its sites pulled onto ridges, if they can be connected there.
+    /// The level with its sites pulled onto ridges; `None` if the mesh that connects them is not sound.
     fn pulled(
         &self,
         on: &CellSurface,
@@ -80,8 +81,8 @@ impl CoarseToFine<'_> {
         Ok(Some(LevelMesh { flags: level.flags, ..connected }).filter(|connected| connected.is_sound))
     }
 
-    /// Whether the sites of a level may be pulled: even ones, which are polished and fitted, on a surface
-    /// whose sharp edges are to be kept.
+    /// Whether the sites of a level may be pulled: for edges of equal length, with polish and fit, on a
+    /// surface whose sharp edges are to be kept.
     fn may_pull(&self, level: &LevelMesh) -> bool {
         let method = &self.context.options.coarse_to_fine;
         level.is_sound
@@ -132,18 +133,18 @@ impl CoarseToFine<'_> {
         if is_thin || reporting.progress.leave_out() {
             return Ok(first);
         }
-        let standing = self.standing(&first, reporting)?;
-        if standing.narrow > MANY_NARROW {
+        let score = self.score(&first, reporting)?;
+        if score.narrow > MOST_NARROW {
             return Ok(first);
         }
         let Some(mut pulled) = self.pulled(on, level, spacing, reporting)? else { return Ok(first) };
-        pulled.most_rms = STILL_CLOSER * standing.rms;
+        pulled.most_rms = STILL_CLOSER * score.rms;
         let second = self.improve(on, pulled, spacing, reporting)?;
-        let is_better = self.standing(&second, reporting)?.is_better_than(&standing);
+        let is_better = self.score(&second, reporting)?.is_better_than(&score);
         Ok(if is_better { second } else { first })
     }
 
-    /// The vertices on curves of a mesh, of which those on ridges are none.
+    /// The number of vertices on curves; those on ridges do not count.
     pub(super) fn vertices_on_curves(&self, improved: &Improved) -> usize {
         let Some(mended) = &improved.mended else {
             let on_curves = improved.level.on_curves.as_ref();
@@ -157,7 +158,8 @@ impl CoarseToFine<'_> {
         edges.flat_map(|edge| edge.ends).collect::<BTreeSet<u32>>().len()
     }
 
-    /// The larger root mean square distance between a mesh and the surface, from samples.
+    /// The root mean square distance between a mesh and the surface, the larger of both directions, from
+    /// samples.
     pub(super) fn rms(&self, mesh: &TriMesh, reporting: &mut Reporting) -> Result<f64> {
         let (surface, samples) = (self.context.surface.mesh(), SAMPLES * mesh.vertices.len());
         let distances =
@@ -165,10 +167,10 @@ impl CoarseToFine<'_> {
         Ok(distances.rms)
     }
 
-    fn standing(&self, improved: &Improved, reporting: &mut Reporting) -> Result<Standing> {
+    fn score(&self, improved: &Improved, reporting: &mut Reporting) -> Result<Score> {
         let mesh = &improved.mesh.mesh;
         let quality = quality(mesh);
-        Ok(Standing {
+        Ok(Score {
             fault: improved.fault.as_ref().map(|fault| fault.kind),
             rms: self.rms(mesh, reporting)?,
             smallest: quality.as_ref().map_or(0.0, |quality| quality.min_angle),
@@ -180,9 +182,9 @@ impl CoarseToFine<'_> {
 
 /// What meshes are compared by.
 #[derive(Debug, Clone, Copy)]
-struct Standing {
+struct Score {
     fault: Option<FaultKind>,
-    /// The larger root mean square distance between mesh and surface.
+    /// The root mean square distance between mesh and surface, the larger of both directions.
     rms: f64,
     /// The smallest angle in degrees.
     smallest: f64,
@@ -192,21 +194,21 @@ struct Standing {
     quality: f64,
 }
 
-impl Standing {
+impl Score {
     fn is_better_than(&self, first: &Self) -> bool {
-        let is_closer = |[closer, narrower, less]: [f64; 3]| {
+        let is_closer = |[closer, narrower, quality_loss]: [f64; 3]| {
             self.rms <= closer * first.rms
                 && self.smallest >= WIDE.min(narrower * first.smallest)
-                && self.quality >= first.quality - less
+                && self.quality >= first.quality - quality_loss
         };
         self.fault <= first.fault
             && self.smallest >= SMALL.min(first.smallest)
-            && self.narrow <= first.narrow + MORE_NARROW
+            && self.narrow <= first.narrow + MOST_ADDED_NARROW
             && CLOSER.into_iter().any(is_closer)
     }
 }
 
-/// Whether a mesh turns sharply at edges that are not on curves, and is flat elsewhere.
+/// Whether a mesh turns sharply at edges that are not on curves, and has enough edges in planes.
 fn has_ridges(level: &LevelMesh) -> bool {
     let mesh = &level.mesh;
     let on_curves = level.on_curves.as_ref().map(|curves| curves.edges()).unwrap_or_default();
@@ -237,25 +239,25 @@ mod tests {
 
     #[test]
     fn a_closer_mesh_is_better_if_its_angles_allow_it() {
-        let first = Standing { fault: None, rms: 1.0, smallest: 30.0, narrow: 0.0, quality: 0.9 };
+        let first = Score { fault: None, rms: 1.0, smallest: 30.0, narrow: 0.0, quality: 0.9 };
         for (second, is_better) in [
-            (Standing { rms: 0.9, ..first }, true),
-            (Standing { rms: 0.95, ..first }, false),
-            (Standing { rms: 0.8, smallest: 21.0, quality: 0.885, ..first }, true),
-            (Standing { rms: 0.8, smallest: 20.0, ..first }, false),
-            (Standing { rms: 0.8, quality: 0.875, ..first }, false),
-            (Standing { rms: 0.5, smallest: 17.0, quality: 0.875, ..first }, true),
-            (Standing { rms: 0.5, smallest: 16.0, ..first }, false),
-            (Standing { rms: 0.5, quality: 0.865, ..first }, false),
-            (Standing { rms: 0.5, narrow: 0.03, ..first }, false),
-            (Standing { rms: 0.5, fault: Some(FaultKind::Missing), ..first }, false),
+            (Score { rms: 0.9, ..first }, true),
+            (Score { rms: 0.95, ..first }, false),
+            (Score { rms: 0.8, smallest: 21.0, quality: 0.885, ..first }, true),
+            (Score { rms: 0.8, smallest: 20.0, ..first }, false),
+            (Score { rms: 0.8, quality: 0.875, ..first }, false),
+            (Score { rms: 0.5, smallest: 17.0, quality: 0.875, ..first }, true),
+            (Score { rms: 0.5, smallest: 16.0, ..first }, false),
+            (Score { rms: 0.5, quality: 0.865, ..first }, false),
+            (Score { rms: 0.5, narrow: 0.03, ..first }, false),
+            (Score { rms: 0.5, fault: Some(FaultKind::Missing), ..first }, false),
         ] {
             assert_eq!(second.is_better_than(&first), is_better, "{second:?}");
         }
-        let small = Standing { smallest: 20.0, ..first };
-        assert!(!Standing { rms: 0.5, smallest: 14.0, ..small }.is_better_than(&small));
+        let small = Score { smallest: 20.0, ..first };
+        assert!(!Score { rms: 0.5, smallest: 14.0, ..small }.is_better_than(&small));
         // Above 25 degrees, no angle is too small.
-        let even = Standing { smallest: 42.0, ..first };
-        assert!(Standing { rms: 0.5, smallest: 26.0, ..even }.is_better_than(&even));
+        let even = Score { smallest: 42.0, ..first };
+        assert!(Score { rms: 0.5, smallest: 26.0, ..even }.is_better_than(&even));
     }
 }

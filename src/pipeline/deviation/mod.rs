@@ -143,7 +143,7 @@ pub(super) fn make_within(
     let used = USED * most;
     let reference = Reference { surface: &surface, bvh: &bvh, most: used };
     let mut lengths = progress.during(|_| Ok(Lengths::new(&surface, most, given, options)))?;
-    clock.phase("prepare");
+    clock.end_phase("prepare");
     let is_free = options.vertices == 0;
     if !is_free {
         lengths.scale_to(options.vertices);
@@ -169,7 +169,7 @@ pub(super) fn make_within(
             let found = reference.measured(&result, &lengths.values, Depth::Coarse, progress)?;
             Ok((found, reference.largest(&result, progress)?.upper))
         })?;
-        clock.phase("deviation");
+        clock.end_phase("deviation");
         let enough = lengths.enough(&result, &found).ceil() as usize;
         let small = small_angle_places(&result, method.min_angle, method.feature_angle);
         let now = Candidate { made, vertices: result.vertices.len(), small: small.len(), upper, enough };

@@ -20,7 +20,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct ComponentTarget<'a> {
     pub vertices: usize,
-    /// Edges that turn by more than so many degrees are kept, as far as there are vertices for it.
+    /// Edges that turn by more than this many degrees are kept, as far as there are vertices for it.
     pub feature_angle: f64,
     /// Rounds of the polish.
     pub polish_rounds: u32,

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 /// Fewer cells are done by one thread.
 const FEW: usize = 64;
-/// Largest share of the cells that are made exact; with more, it is quicker to make all so.
+/// Largest share of the cells that are made exact; with more, it is quicker to make all of them exact.
 const MOST_EXACT: f64 = 0.6;
 /// Times that exact cells that do not agree are repaired, with those around compared again.
 const TRIES: u32 = 3;

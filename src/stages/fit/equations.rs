@@ -92,7 +92,7 @@ impl Equations {
         let (firsts, twins, own, right) = (&mesh.firsts, &mesh.twins, &self.own, &self.residual);
         let FaceSamples { corners: corner_samples, faces: face_samples, edges: edge_samples, .. } = samples;
         let InwardSamples { samples: inward_samples, weights: inward_weights, ranges, .. } = inward;
-        let order = inward.order();
+        let order = inward.by_triangle();
         let (vertex_count, vertices) = (mesh.vertices() as u32, Threads(mesh.vertices()));
         let bindings =
             own::Bindings { frames, firsts, twins, corner_samples, face_samples, areas, own, right };

@@ -74,8 +74,8 @@ impl InwardSamples {
         })
     }
 
-    /// The samples by triangle.
-    pub fn order(&self) -> &Buffer<u32> {
+    /// The indices of the samples, sorted by the triangle that they lie on.
+    pub fn by_triangle(&self) -> &Buffer<u32> {
         &self.sort.values
     }
 

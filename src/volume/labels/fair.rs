@@ -54,12 +54,12 @@ pub(super) fn fair(band: &Band, progress: &ProgressToken) -> Result<Vec<f32>> {
     now.push(0.0);
     let (mut ahead, mut further) = (now.clone(), now.clone());
     for step in 0..STEPS {
-        let bent = |(i, own): (usize, &mut Bending)| *own = bent(&around[i], &ahead, i);
-        bending[..count].par_iter_mut().enumerate().with_min_len(CHUNK).for_each(bent);
+        let bend = |(i, own): (usize, &mut Bending)| *own = bending_at(&around[i], &ahead, i);
+        bending[..count].par_iter_mut().enumerate().with_min_len(CHUNK).for_each(bend);
         let share = (step as f32 / (step + 3) as f32).min(MOMENTUM);
         let advance = |(i, (now, further)): (usize, (&mut f32, &mut f32))| {
             let target = band.distance[i];
-            let slope = resistance(&around[i], &bending, i) + KEEPING * (ahead[i] - target);
+            let slope = bending_slope(&around[i], &bending, i) + KEEPING * (ahead[i] - target);
             let to = ahead[i] - slope / (STIFFEST + KEEPING);
             let next = match target {
                 _ if band.is_fixed[i] => target,
@@ -103,7 +103,7 @@ impl Around {
 }
 
 #[inline]
-fn bent(around: &Around, field: &[f32], i: usize) -> Bending {
+fn bending_at(around: &Around, field: &[f32], i: usize) -> Bending {
     let at = |number: u32| field[number as usize];
     let ([left, right, front, back, low, high], own) = (around.near, field[i]);
     let [right, back, high] = [at(right), at(back), at(high)];
@@ -121,7 +121,7 @@ fn bent(around: &Around, field: &[f32], i: usize) -> Bending {
 
 /// The slope of half the squared bending by the field at a node.
 #[inline]
-fn resistance(around: &Around, bending: &[Bending], i: usize) -> f32 {
+fn bending_slope(around: &Around, bending: &[Bending], i: usize) -> f32 {
     let of = |number: u32| &bending[number as usize];
     let ([left, right, front, back, low, high], own) = (around.near, &bending[i]);
     let [left, front, low] = [of(left), of(front), of(low)];

@@ -61,7 +61,8 @@ fn vertices_of_the_surface_find_the_triangles_under_them() {
             assert!((on + offset).distance(point.position) < 3e-6, "point {i}");
         }
         assert!(elsewhere <= 1 + count / 50, "{elsewhere} of {count}");
-        let (ranges, order) = (inward.ranges.to_vec(device).unwrap(), inward.order().to_vec(device).unwrap());
+        let (ranges, order) =
+            (inward.ranges.to_vec(device).unwrap(), inward.by_triangle().to_vec(device).unwrap());
         for t in 0..mesh.triangles.len() {
             let wanted: Vec<u32> = (0..count as u32).filter(|i| under[*i as usize] == t as u32).collect();
             assert_eq!(order[ranges[2 * t] as usize..ranges[2 * t + 1] as usize], wanted, "triangle {t}");
