@@ -19,7 +19,7 @@ if [ ! -f "$root/.rtfmesh" ]; then
   fi
   trap 'rm -rf -- "$root.part"' EXIT
   rm -rf -- "$root.part"
-  debootstrap --variant=minbase --include=libvulkan1,mesa-vulkan-drivers,vulkan-validationlayers \
+  debootstrap --variant=minbase --include=libvulkan1,mesa-vulkan-drivers,vulkan-validationlayers,spirv-tools \
     "$release" "$root.part" ${DEBIAN_MIRROR:+"$DEBIAN_MIRROR"} >"$root.log" 2>&1 \
     || { echo "debian: debootstrap failed, see $root.log" >&2; exit 1; }
   touch "$root.part/.rtfmesh"
