@@ -16,7 +16,7 @@ use rtfmesh::{Error, Flow, Options, Progress, Result, Size, Sizing, TriMesh, War
 use std::borrow::Cow;
 use std::path::Path;
 
-/// Cells so many times as wide as points are apart are worth a note.
+/// Cells at least this many times as wide as the distance between points are worth a note.
 const COARSE: f64 = 2.0;
 
 /// Which holes of a surface through points are closed.

@@ -136,7 +136,7 @@ fn refuse_options_of_meshes(args: &Args, what: &str) -> rtfmesh::Result<()> {
     Err(Error::usage(problem, "remove it"))
 }
 
-/// Inspects a mesh for a result of so many vertices. Returns also the repaired mesh and its features.
+/// Inspects a mesh for a result with this many vertices. Also returns the repaired mesh and its features.
 ///
 /// # Errors
 /// [`Error::Usage`] for what is out of range, [`Error::Input`] for a mesh without area or lines that are not

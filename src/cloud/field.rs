@@ -9,11 +9,13 @@ use super::sphere::{Sphere, Sums};
 use crate::mesh::level_set::{BLOCK, BLOCK_NODES, SparseGrid};
 use crate::{ProgressToken, Result};
 
-/// Points whose normal has a smaller cosine with that of the nearest point count less,
+/// Points count less if the cosine between their normal and that of the nearest point is below this.
 const SAME_SIDE: f64 = 0.2;
-/// and none below this: they are on the other side of a thin sheet.
+/// Points do not count if the cosine between their normal and that of the nearest point is below this: they
+/// are on the other side of a thin sheet.
 const OTHER_SIDE: f64 = -0.2;
-/// Those on the other side are a sheet if they weigh this share of the nearest sheet's points.
+/// Points on the other side are a sheet of their own if they weigh at least this fraction of the nearest
+/// sheet's points.
 const SHARE: f64 = 0.1;
 /// Blocks that a thread does at a time.
 const CHUNK: usize = 4;

@@ -10,7 +10,7 @@ use crate::{ProgressToken, Result};
 pub(super) const COUNT: usize = 16;
 /// Points that a thread does at a time.
 const CHUNK: usize = 1 << 10;
-/// A point is an outlier if it has so many times as much room as its neighbours.
+/// A point is an outlier if it has this many times as much room as its neighbours.
 const FAR: f64 = 2.5;
 /// A neighbour so far in the order of their rooms is compared with.
 const RANK: usize = 12;

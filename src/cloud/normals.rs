@@ -15,15 +15,16 @@ const SAMPLES: usize = 1000;
 /// Rounds of Jacobi's method; it converges quadratically, in 4 to 6.
 const ROUNDS: usize = 12;
 
-/// Points thicker than most by so many spacings may be on one of two sheets.
+/// Points thicker than most by this many spacings may be on one of two sheets.
 const MORE: f64 = 0.1;
 /// A sheet without noise is as thick as this, in spacings.
 pub(super) const WIDTH: f64 = 0.2;
 /// One less than the points that planes are tried through.
 const CORNERS: usize = 8;
-/// Of two edges, the sine of the angle between them that is too narrow for a plane.
+/// Two edges span a plane only if the sine of the angle between them is larger than this.
 const NARROW: f64 = 0.1;
-/// Such a plane has so many more points on it than that through all, as a share of them: less is curvature.
+/// A plane of one sheet has at least this many more points on it than the plane through all points, as a
+/// fraction of the points: less is curvature.
 const GAIN: f64 = 0.2;
 /// How often a plane is fitted to the points near it.
 const REFITS: usize = 4;

@@ -21,7 +21,7 @@ use crate::{ProgressToken, Result};
 const SURE: f32 = 0.8;
 /// Neighbours of a point that it is paired with.
 const PAIRS: usize = 10;
-/// Points that are thicker than most by so many spacings count half.
+/// Points that are thicker than most by this many spacings count half.
 const THICK: f64 = 0.15;
 /// Votes are clear where, of all between two pieces, this share is left over.
 const CLEAR: f64 = 0.7;

@@ -116,32 +116,32 @@ pub struct CloudSurface {
 /// Radius of the points' weights, in spacings, of points without noise. Even random points leave gaps of two
 /// spacings' radius.
 const RADIUS: f64 = 3.2;
-/// And in addition for noise of one spacing.
+/// Added to [`RADIUS`] for noise of one spacing.
 const RADIUS_FOR_NOISE: f64 = 7.0;
 /// Side of the grid's cells, in spacings.
 const SIDE: f64 = 1.0;
-/// And in addition for noise of one spacing.
+/// Added to [`SIDE`] for noise of one spacing.
 const SIDE_FOR_NOISE: f64 = 0.7;
 /// Nodes this share of a point's radius away from it, or farther, are not reached by it alone.
 const REACH: f64 = 0.9;
-/// For noise of one spacing, nodes are reached by so many spacings more.
+/// For noise of one spacing, points reach nodes this many spacings farther away.
 const NOISE_REACH: f64 = 2.0;
 /// Weights are as wide as for this spacing at least, in sides of the grid's cells.
 const LEAST_SPACING: f64 = 0.9;
-/// Points with opposite normals are of two sheets if those are so many spacings apart, and the noise more.
+/// Points with opposite normals belong to two sheets if these are this many spacings plus the noise apart.
 const APART: f64 = 0.1;
-/// A part of a surface has at least the room of so many points.
+/// A part of a surface has at least the room of this many points.
 const LEAST_POINTS: f64 = 30.0;
 /// Cells are larger where the surface would have more triangles than this; devices with little memory in one
 /// buffer take some more.
 const MOST_TRIANGLES: f64 = 2e6;
-/// Or where more nodes of the grid would be reached: with points of very different density, the cells of the
-/// dense ones fill the wide reach of the others.
+/// Cells are larger where points would reach more nodes of the grid than this: with points of very different
+/// density, the cells of the dense ones fill the wide reach of the others.
 const MOST_NODES: f64 = 3e7;
-/// Boundary loops up to so many spacings across are filled.
+/// Boundary loops up to this many spacings across are filled.
 const GAP: f64 = 6.0;
 
-/// About so many points are used to finish early: they take less than a second.
+/// About this many points are used to finish early: they take less than a second.
 const FEW: usize = 40_000;
 
 /// A surface through the points of a cloud.

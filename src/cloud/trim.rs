@@ -16,9 +16,10 @@ pub(super) const AT_END: f32 = 0.235;
 /// A new vertex keeps this share of its edge away from the ends.
 const CLEARANCE: f32 = 0.05;
 
-/// Notches in the ends that are no wider than this are filled, in spacings,
+/// Notches in the ends that are at most this wide are filled, in spacings.
 const NOTCH: f64 = 5.0;
-/// from here on: ends are known no better than to a side of the grid's cells.
+/// Notches are filled from this depth on, in spacings: ends are known only to within a side of the grid's
+/// cells.
 const NOTCH_DEPTH: f64 = 1.4;
 
 /// Cuts off what lies beyond the ends of the points, which the `offset` of each vertex tells. Gaps between

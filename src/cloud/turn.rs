@@ -14,13 +14,13 @@ use crate::{ProgressToken, Result};
 
 /// Points in a run; they follow each other in Morton order.
 const RUN: usize = 32;
-/// Runs nearer than so many times their radius are taken point by point.
+/// Runs nearer than this many times their radius are taken point by point.
 const NEAR: f64 = 3.0;
 /// Points of a piece at which it is judged, at most.
 const SAMPLES: usize = 256;
-/// Nearer dipoles are spread out, in spacings.
+/// Dipoles nearer than this many spacings are spread out; [`SOFT_SHARE`] may raise the number.
 const SOFT: f64 = 3.0;
-/// Or this share of a piece's size, if that is more.
+/// Dipoles nearer than this fraction of a piece's size are spread out, if that is more than [`SOFT`].
 const SOFT_SHARE: f64 = 0.2;
 /// A piece is turned if the others speak against it with this share of its own strength.
 const ENOUGH: f64 = 0.1;

@@ -208,7 +208,8 @@ impl Device {
         &self.shared.info
     }
 
-    /// Whether it polishes, fits and checks whole meshes of so many vertices; see [`DeviceOptions::polish`].
+    /// Whether it polishes, fits and checks whole meshes with this many vertices, as
+    /// [`DeviceOptions::polish`] says.
     pub(crate) fn polishes(&self, vertices: usize) -> bool {
         let pays = self.shared.info.kind != "cpu" || vertices >= LEAST_FOR_CPU;
         self.shared.polish.unwrap_or(pays)
@@ -404,7 +405,7 @@ impl Shared {
         device_local_budget(heaps.memory_heaps_as_slice(), &budget.heap_budget)
     }
 
-    /// Whether so many bytes more are within [`DeviceOptions::memory_bytes`].
+    /// Whether this many more bytes are within [`DeviceOptions::memory_bytes`].
     pub fn may_allocate(&self, bytes: u64) -> bool {
         let now = self.allocated_bytes.load(Ordering::Relaxed);
         self.memory_bytes.is_none_or(|most| now.saturating_add(bytes) <= most)

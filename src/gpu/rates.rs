@@ -25,7 +25,7 @@ pub(super) struct Rates {
 }
 
 impl Rates {
-    /// Of a device on which no dispatch may have more than so many invocations, or take longer than
+    /// Of a device on which no dispatch may have more than this many invocations, or take longer than
     /// [`LONGEST`].
     pub fn new(most: Option<usize>) -> Self {
         Self { most, measured: Mutex::default() }
@@ -45,12 +45,12 @@ impl Rates {
         self.most.unwrap_or(INDIRECT)
     }
 
-    /// Whether a dispatch of so many invocations is to be measured.
+    /// Whether a dispatch of this many invocations is to be measured.
     pub fn wants(&self, threads: usize) -> bool {
         self.most.is_none() && threads >= FEW
     }
 
-    /// Takes what so many invocations of a kernel took.
+    /// Records how long this many invocations of a kernel took.
     pub fn measure(&self, kernel: &'static str, threads: usize, nanoseconds: f64) {
         if self.wants(threads) && nanoseconds > 0.0 {
             lock(&self.measured).insert(kernel, nanoseconds / threads as f64);

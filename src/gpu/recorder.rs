@@ -205,7 +205,7 @@ impl Recorder {
         }
     }
 
-    /// Records so many workgroups of the kernel that is bound, in several dispatches if one might take long.
+    /// Records this many workgroups of the bound kernel, in several dispatches if one might take long.
     fn record_groups(&mut self, kernel: &'static str, workgroup: u32, groups: UVec4) -> Result<()> {
         let (raw, workgroup) = (self.shared.raw.clone(), workgroup as usize);
         let count = groups.x as usize * groups.y as usize;
@@ -443,7 +443,7 @@ impl Recorder {
         }
     }
 
-    /// Records `command`, with so many invocations, between two timestamps if it is to be timed.
+    /// Records `command`, with this many invocations, between two timestamps if it is to be timed.
     fn record_timed(
         &mut self,
         name: &'static str,

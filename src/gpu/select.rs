@@ -77,7 +77,7 @@ pub struct DeviceInfo {
 const TEXEL_MESA: u32 = 22;
 /// Bytes of a vector of two numbers.
 const SMALLEST_TEXEL: u64 = 8;
-/// Windows of buffers begin at multiples of so many bytes.
+/// Windows of buffers begin at multiples of this many bytes.
 const WINDOW_ALIGNMENT: u64 = 256;
 
 /// A device together with its handle.

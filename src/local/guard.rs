@@ -4,7 +4,7 @@ use super::star_mesh::StarMesh;
 use crate::mesh::intersections::intersecting_faces;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// At most so many times operations are done anew, with more vertices frozen.
+/// Maximum number of times that operations are done again, with more vertices fixed.
 const TRIES: u32 = 4;
 
 /// Does operations on a mesh; looks for intersections after each, if it is to.

@@ -35,22 +35,22 @@ const LONG: f64 = 1.25;
 const SHORT: f64 = 0.85;
 /// Rounds of all operations, in which the target length is adjusted to the number of vertices.
 const ROUNDS: u32 = 10;
-/// Largest change of the target length between two rounds,
+/// Largest factor by which the target length changes between two rounds.
 const MOST_CHANGE: f64 = 1.25;
-/// and its least, in spacings.
+/// Minimum target length, in spacings.
 const LEAST: f64 = 0.85;
 /// Edges shorter than this, in target lengths, are collapsed at a greater cost in shape.
 const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
 const LAST_ROUNDS: u32 = 4;
-/// So many if the work is to finish early.
+/// Flips and relaxations at the end if the work is to finish early.
 const FEW_LAST_ROUNDS: u32 = 1;
 /// Lengths, in target lengths, to which edges are split at first, one after the other.
 const COARSE: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 /// Lengths, in target lengths, to which the edges of a much finer surface are collapsed at first, one after
 /// the other: short ones can hardly make triangles intersect, and leave fewer for the next.
 const FINE: [f64; 3] = [0.1, 0.2, 0.4];
-/// That is done where the surface has so many times the vertices that edges of such a length ask for.
+/// A surface is much finer if it has this many times the vertices that edges of such a length require.
 const MUCH_FINER: f64 = 1.5;
 /// Vertices that splits may reach, over the number asked for.
 const MOST_SPLIT: usize = 8;

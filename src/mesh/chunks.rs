@@ -12,7 +12,7 @@ pub(crate) fn par_map_chunks<T: Send>(count: usize, of: impl Fn(Range<usize>) ->
     par_map_chunks_of(CHUNK, count, of)
 }
 
-/// As [`par_map_chunks`], with so many indices in a part.
+/// Like [`par_map_chunks`], with a given number of indices in a part.
 pub(crate) fn par_map_chunks_of<T: Send>(
     size: usize,
     count: usize,

@@ -18,7 +18,7 @@ use crate::{ProgressToken, Result};
 const OTHER_SIDE: f64 = 0.5;
 /// Weights below this share are rounding: the point is on the side, or at the corner.
 const ON_SIDE: f64 = 1e-11;
-/// Points that follow each other are near each other; each thread takes so many.
+/// Points that each thread takes in a row; those that follow each other are near each other.
 const CHUNK: usize = 512;
 
 /// A point of a triangle mesh.
@@ -213,7 +213,7 @@ impl SurfaceSearch {
     }
 }
 
-/// Weights that rounding left just beside a side or a corner, moved onto it.
+/// Weights that rounding left just off a side or a corner, moved onto it.
 fn snapped(weights: [f64; 3]) -> [f64; 3] {
     let kept = weights.map(|w| if w < ON_SIDE { 0.0 } else { w });
     let sum: f64 = kept.iter().sum();

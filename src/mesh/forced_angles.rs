@@ -12,7 +12,7 @@ use crate::TriMesh;
 
 /// A triangle has the angle of a corner if it has at least this share of it: two that share it have half.
 const SHARE: f64 = 0.6;
-/// A vertex of a result is at a corner of the input if it is so many edge lengths from it.
+/// A vertex of a result is at a corner of the input if it is at most this many edge lengths away from it.
 const AT: f64 = 0.1;
 /// Least number of triangles around a vertex inside the surface.
 const AROUND: f64 = 3.0;

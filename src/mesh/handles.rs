@@ -15,12 +15,12 @@ use cut::cut_along;
 use region::Regions;
 use short_loops::short_loops;
 
-/// At most so many times all regions with handles are looked at again: one handle is cut at a time.
+/// Maximum number of passes over all regions with handles: one handle is cut at a time.
 const MOST_PASSES: usize = 16;
-/// With a handle for so many triangles or fewer, a surface is left as it is: handles are its nature, as those
-/// of a lattice.
+/// A surface with a handle for this many triangles or fewer is left as it is: its handles are intended, as
+/// those of a lattice.
 const TRIANGLES_PER_HANDLE: usize = 500;
-/// And with more handles than this, which would take long.
+/// A surface with more handles than this is left as it is, since it would take long.
 const MOST_HANDLES: usize = 2000;
 /// Any point is this fraction of the radius away from the centre of some region, at most.
 const SPREAD: f64 = 0.5;

@@ -13,7 +13,7 @@ use super::triangle::{area, doubled_normal};
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
 const TINY: f64 = 1e-300;
-/// An angle within so many degrees of a limit is computed, since its cosine may round to the wrong side.
+/// An angle within this many degrees of a limit is computed, since its cosine may round to the wrong side.
 const MARGIN: f64 = 1e-3;
 
 /// The shape of one triangle.

@@ -55,8 +55,8 @@ mod tests {
     use super::*;
     use std::hash::{BuildHasher, Hash};
 
-    /// The most of so many keys that fall into one of as many buckets by their lowest bits, and by the bits
-    /// that tables take besides.
+    /// The largest number of keys that fall into one bucket: by their lowest bits, and by the other bits that
+    /// tables use.
     fn fullest(keys: impl Iterator<Item = impl Hash> + Clone) -> [usize; 2] {
         let hashes = keys.map(|key| BuildHasherDefault::<QuickHasher>::default().hash_one(key));
         [0, 57].map(|shift| {

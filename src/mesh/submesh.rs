@@ -11,7 +11,7 @@ pub(crate) fn renumber(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
     (new, old)
 }
 
-/// Which of so many vertices are those of a triangle. Panics if an index is out of range.
+/// Whether each of the vertices belongs to a triangle. Panics if an index is out of range.
 pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
     let mut is_used = vec![false; vertices];
     triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);

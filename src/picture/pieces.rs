@@ -40,7 +40,7 @@ const MOST_PARTS: f64 = 1000.0;
 const SURFACE: Colour = [128, 178, 230];
 const INSIDE: Colour = [205, 160, 120];
 pub(super) const LINE: Colour = [214, 60, 40];
-/// Lines are moved towards the camera by so many radii, so that they are painted after the faces that they
+/// Lines are moved towards the camera by this many radii, so that they are painted after the faces that they
 /// lie on.
 const LIFT: f64 = 0.01;
 /// Directions to the lights in camera coordinates, and their intensity.

@@ -9,10 +9,10 @@ use crate::mesh::spacing;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// Sharp edges are given up if this share of their length is,
+/// Sharp edges that were given up matter if they are more than this fraction of the total length.
 const LEAST: f64 = 0.05;
-/// and if so many times the vertices keep them: the noise of scans is kept at no number. Where a search takes
-/// long, only the first is tried.
+/// Sharp edges count as given up only if this many times the vertices would keep them: no number of vertices
+/// keeps the noise of scans. Where a search takes long, only the first is tried.
 const MOST_TIMES: [usize; 2] = [16, 64];
 /// A search takes long on surfaces with more triangles.
 const FEW_TRIANGLES: usize = 100_000;
@@ -33,7 +33,7 @@ pub(crate) struct Searched<'a> {
 
 /// How many vertices keep sharp edges.
 enum Enough {
-    /// About so many.
+    /// About this many.
     At(usize),
     /// There was no time to find out.
     Unknown,
@@ -42,8 +42,8 @@ enum Enough {
 }
 
 impl Searched<'_> {
-    /// The warning that sharp edges were given up, if so many were; `found` at the number asked for. Where
-    /// more were taken for a coarse tessellation, those given up may be of it, too.
+    /// The warning that sharp edges were given up, if they matter; `found` is what the number asked for
+    /// gives. If more edges were taken for a coarse tessellation, those given up may belong to it, too.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -113,7 +113,7 @@ impl Searched<'_> {
         Ok(Enough::At(many))
     }
 
-    /// Whether a run with so many vertices would keep nearly all sharp edges.
+    /// Whether a run with this many vertices would keep nearly all sharp edges.
     fn keeps(&self, vertices: usize) -> bool {
         let spacing = spacing(self.area, vertices);
         let options = FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(spacing) };

@@ -22,7 +22,7 @@ const LARGEST_OF_TRIANGLE: u64 = 16;
 /// with curves; as measured.
 const SITE_BYTES: u64 = 75;
 const PINNED_BYTES: u64 = 40;
-/// At most so many triangles are added for each site by halving long edges. Five suffice, except for slivers.
+/// Halving long edges adds at most this many triangles for each site. Five suffice, except for slivers.
 pub(crate) const MOST_HALVED: usize = 16;
 
 /// Remedy where memory is short.
@@ -140,7 +140,7 @@ struct DeviceBytes {
     per_site: u64,
 }
 
-/// The estimate for an input with so many vertices and triangles.
+/// The estimate for an input with these numbers of vertices and triangles.
 fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> DeviceBytes {
     let more = match options.method {
         Method::CoarseToFine => SITE_BYTES + if curves { PINNED_BYTES } else { 0 },

@@ -29,9 +29,9 @@ use crate::{Error, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
-/// of the last,
+/// of the last.
 const GROWTH: f64 = 1.5;
-/// in at most so many tries.
+/// Maximum number of further tries to divide the components.
 const GROWTHS: usize = 60;
 
 /// The input, ready for a run.

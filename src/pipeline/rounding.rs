@@ -50,8 +50,8 @@ impl Rounding {
         Some(Self { format, before, merged, turned, crossing: 0 })
     }
 
-    /// Takes note of the number of faces that intersect others now; `known` is that of before, if there is
-    /// one.
+    /// Takes note of the number of faces that intersect others now; `known` is the number before rounding,
+    /// if it is known.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].

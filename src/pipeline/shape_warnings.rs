@@ -16,31 +16,35 @@ use crate::options::{Method, Options};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Distances above this share of the input's diagonal are large, and above so many mean edges,
+/// Distances above this fraction of the input's diagonal are large.
 const FAR: f64 = 0.02;
+/// Distances above this many mean edges are large.
 const FAR_EDGES: f64 = 1.5;
-/// and changes of the volume above this share of it.
+/// Changes of the volume by more than this fraction of it are large.
 const VOLUME: f64 = 0.02;
 /// Closed surfaces with a smaller volume, relative to that of their bounding box, have hardly any.
 const FLAT: f64 = 1e-3;
-/// Angles below this many degrees are small where no corner forces them,
+/// Angles below this many degrees are small where no corner forces them.
 const SMALL: f64 = 10.0;
-/// and more triangles than this share with an angle below 30 degrees are many.
+/// Triangles with an angle below 30 degrees are many if they are more than this fraction of all.
 const MANY: f64 = 0.02;
 /// Creases that turn by less than this many degrees at the median may come from a coarse tessellation: those
 /// of a box turn by 90.
 const COARSE: f64 = 75.0;
-/// They do if so many of all sharp edges turn by less; else the part would melt without creases.
+/// Creases may come from a coarse tessellation only if at least this fraction of all sharp edges turns by
+/// less than [`COARSE`]; else the part would melt without creases.
 const MOSTLY: f64 = 0.8;
-/// An edge that turns by more degrees is folded, unless one of the input is near that turns by as many.
+/// An edge that turns by more than this many degrees is folded, unless the input is folded nearby.
 const FOLDED: f64 = 168.0;
+/// The input is folded at an edge that turns by more than this many degrees.
 const FOLDED_BEFORE: f64 = 160.0;
-/// Components with few vertices may face inwards in parts although they are no closer to the input that way:
-/// those with so many at most, by this share of their area.
+/// Components with at most this many vertices are checked for parts that face inwards, although they are no
+/// closer to the input that way.
 const FEW: usize = 24;
+/// A component faces inwards if at least this fraction of its area does.
 const INWARDS: f64 = 1.0 / 3.0;
 
-/// A result, beside what it was made from.
+/// A result, next to what it was made from.
 #[derive(Clone, Copy)]
 pub(crate) struct Shapes<'a> {
     pub options: &'a Options,
@@ -202,7 +206,7 @@ impl Shapes<'_> {
         for (t, face) in result.triangles.iter().enumerate() {
             faces.entry(parts.root(face[0])).or_default().push(t);
         }
-        // A closed surface of so many vertices without handles has twice as many faces but four.
+        // A closed surface without handles has twice as many faces as vertices, less four.
         faces.retain(|_, faces| faces.len() <= 2 * FEW - 4);
         if faces.is_empty() {
             return None;

@@ -15,7 +15,7 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// For so many sites, with at most so many iterations.
+    /// For this many sites, with at most this many iterations.
     pub fn new(sites: usize, most: u32) -> Self {
         let first = u32::try_from(FIRST / sites.max(1)).unwrap_or(most);
         Self { iterations: first.clamp(1, most), most, begun: Instant::now() }
@@ -26,7 +26,7 @@ impl Pace {
         self.begun = Instant::now();
     }
 
-    /// Ends a submission that had so many iterations.
+    /// Ends a submission that had this many iterations.
     pub fn end(&mut self, iterations: u32) {
         let seconds = self.begun.elapsed().as_secs_f64().max(1e-6);
         self.iterations = ((f64::from(iterations) * PATIENCE / seconds) as u32).clamp(1, self.most);

@@ -62,7 +62,7 @@ impl MeshCache {
         Self { ranks, ..Self::default() }
     }
 
-    /// The half-edges of the mesh, which has these triangles over so many vertices; the same as new ones.
+    /// The half-edges of the mesh, which has these triangles over this many vertices; the same as new ones.
     pub(crate) fn take(
         &mut self,
         triangles: Vec<[u32; 3]>,

@@ -16,9 +16,9 @@ const MIN_AGREEMENT: f64 = 0.5;
 /// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a
 /// fifth.
 const FLAT_SQ: f64 = 0.04;
-/// Factor beyond which squares show what rounding cannot change,
+/// If one square is this many times another, rounding cannot change which is larger.
 const CLEARLY: f64 = 1.0 + 1e-9;
-/// of products above this, whose squares are above the smallest number.
+/// Products above this have squares that do not underflow.
 const TINY: f64 = 1e-140;
 /// Times that the moves of single triangles are undone before all moves are.
 const REPAIRS: u32 = 8;

@@ -14,14 +14,15 @@ const SNAP: f64 = 1e-6;
 
 /// A bend farther from the chord than this many spacings gets a site.
 const MAX_STRAY: f64 = 0.03;
-/// But not if it is nearer than this many spacings to another bend with a site or to an end of the curve,
+/// A bend nearer than this many spacings to another bend with a site or to an end of the curve gets no site.
 const LEAST_GAP: f64 = 0.3;
-/// unless it is farther from the chord than this many spacings, as on ragged boundaries;
+/// For a bend farther from the chord than this many spacings, as on ragged boundaries, [`RAGGED_GAP`]
+/// replaces [`LEAST_GAP`].
 const FAR_STRAY: f64 = 0.045;
-/// then this smaller gap applies.
+/// The smaller gap, in spacings, that bends beyond [`FAR_STRAY`] must keep.
 const RAGGED_GAP: f64 = 0.05;
-/// Where more than two sheets meet, a bend may be so many times farther from the chord: borders of labels are
-/// round, and so many that sites at their bends would leave too few to the sheets.
+/// Where more than two sheets meet, a bend may be this many times farther from the chord: borders of labels
+/// are round, and sites at all their bends would leave too few for the sheets.
 const AT_JUNCTIONS: f64 = 4.0;
 /// Fewer curves are counted by one thread.
 const FEW: usize = 256;
@@ -165,7 +166,7 @@ fn even_segments(measure: f64, spacing: f64) -> usize {
     if ratio < 1.5 { 1 } else { ratio.round().max(1.0) as usize }
 }
 
-/// Sites between so many segments of a curve, but for corners at its ends.
+/// Sites between this many segments of a curve, except for corners at its ends.
 fn inner_sites(curve: &CurvePath, segments: usize) -> usize {
     if curve.line.is_closed() { segments } else { segments - 1 }
 }

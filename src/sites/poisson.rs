@@ -18,11 +18,11 @@ use serde::Serialize;
 const DENSITY: f64 = 0.7;
 /// Darts thrown at the whole surface, for each expected point, before gaps are searched.
 const DARTS: f64 = 4.0;
-/// At most so many radii are tried; then the best of them is taken.
+/// At most this many radii are tried; then the best of them is taken.
 const TRIALS: usize = 12;
 /// A radius aims below the target count by this fraction, since points can be added but not removed.
 const SHORT: f64 = 0.002;
-/// How many points may be missing: so many, and this fraction of all.
+/// How many points may be missing: a number, and a fraction of all.
 const FEW: (usize, f64) = (2, 0.006);
 /// If points are missing, the radius shrinks by this factor, again and again.
 const SHRINK: f64 = 0.97;

@@ -12,11 +12,11 @@ use std::ops::AddAssign;
 
 /// Triangles that one thread takes in a row.
 const CHUNK: usize = 256;
-/// A triangle that may meet the cells of more sites is halved first, unless it is small beside the distance
-/// to them,
+/// A triangle that may meet the cells of more sites than this is halved first, unless it is [`SMALL`].
 const FEW: usize = 24;
+/// A triangle is small if its radius is at most this fraction of the distance to the nearest site.
 const SMALL: f64 = 0.5;
-/// but not more often than this: many sites may coincide.
+/// Maximum number of times that a triangle is halved: many sites may coincide.
 const MOST_HALVINGS: u32 = 40;
 /// Outweighs the rounding of a distance.
 const LENIENT: f64 = 1.0 + 1e-9;

@@ -8,9 +8,9 @@ use crate::{Result, TriMesh};
 use glam::{UVec2, UVec4};
 use rayon::prelude::*;
 
-/// Pairs in the list, at least and for each so many triangles. Of meshes as they come from the pipeline, next
-/// to none are found.
+/// Minimum capacity of the list of pairs. In meshes from the pipeline, next to none are found.
 const LEAST_PAIRS: usize = 4096;
+/// The list has room for a pair for every this many triangles.
 const TRIANGLES_PER_PAIR: usize = 8;
 
 /// The pairs of a mesh's triangles that may intersect: all that do, and few others.

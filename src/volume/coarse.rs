@@ -40,7 +40,7 @@ fn every(volume: &Volume, step: usize) -> Volume {
     }
 }
 
-/// The step with which [`every`] leaves about so many values.
+/// The step with which [`every`] leaves about this many values.
 fn step_for(volume: &Volume, values: f64) -> usize {
     (volume.values.len() as f64 / values).cbrt().round().max(1.0) as usize
 }

@@ -7,11 +7,11 @@ use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::repair::connected_components;
 use crate::mesh::submesh::without_unused_vertices;
 
-/// A component is a speck below this share of the largest one's volume,
+/// A component with less than this fraction of the largest one's volume is a speck.
 const SHARE: f64 = 1e-3;
-/// or below so many voxels,
+/// A component smaller than this many voxels is a speck.
 pub(super) const VOXELS: f64 = 8.0;
-/// but in any case it has less than this share of the largest, which may be small itself.
+/// A speck always has less than this fraction of the largest component's volume, which may be small itself.
 const MOST_SHARE: f64 = 0.125;
 
 /// Volumes below this are those of specks where the largest is `largest`, both in voxels.

@@ -28,7 +28,7 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// Of so many processes, that of the one with this number, counted from 0.
+    /// The part of the process with this rank, counted from 0, of a number of processes.
     ///
     /// # Errors
     /// [`Error::Usage`] if there is no such number.

@@ -83,7 +83,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Batch<'_> {
-    /// Works on the jobs, begun in their order, with so many workers; returns how many failed.
+    /// Works on the jobs, begun in their order, with this many workers; returns how many failed.
     pub fn run(&self, jobs: &[Job], workers: usize, log: &mut Log) -> Result<usize> {
         if jobs.is_empty() {
             return Ok(0);

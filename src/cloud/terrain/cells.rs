@@ -5,17 +5,17 @@ use rayon::prelude::*;
 
 use crate::{ProgressToken, Result};
 
-/// Cells have so many points on average.
+/// Cells have this many points on average.
 const POINTS: f64 = 4.0;
 /// Cells with points at most; a surface has two triangles for each.
 const MOST_CELLS: f64 = 2.5e5;
 /// Cells at most with the empty ones, which cost memory alone.
 const MOST_WITH_EMPTY: f64 = 4e6;
-/// This share of the points on either side does not tell where they end,
+/// The extent of the points is that without this fraction of them at either end, which may be stray.
 const TAIL: f64 = 0.002;
-/// and all may lie this share of the width beyond.
+/// Points may lie beyond the extent by this fraction of it; those farther away do not count.
 const BEYOND: f64 = 0.5;
-/// Points of one cell have several heights if they are so many sides apart.
+/// Points of one cell have several heights if they are this many sides apart.
 const SEVERAL: f64 = 2.0;
 
 /// A point in a cell, relative to the cells' origin.

@@ -6,7 +6,7 @@ use super::cells::beside;
 use crate::mesh::topology::Partition;
 use crate::{ProgressToken, Result};
 
-/// Gaps up to so many cells across are filled in any case.
+/// Gaps up to this many cells across are filled in any case.
 const GAP: u32 = 6;
 /// Steps of smoothing of what is filled.
 const STEPS: usize = 60;
@@ -49,7 +49,7 @@ fn close_gaps(size: [usize; 2], known: &mut [bool], reach: u32) {
     known.iter_mut().zip(from_far).for_each(|(known, distance)| *known |= distance > reach);
 }
 
-/// Adds the holes that are at most so many cells wide and long.
+/// Adds the holes that are at most this many cells wide and long.
 fn close_holes(size: [usize; 2], known: &mut [bool], across: f64) {
     let mut holes = Partition::new(known.len());
     for cell in (0..known.len()).filter(|cell| !known[*cell]) {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::cells::{Cells, Inside};
 use crate::{ProgressToken, Result};
 
-/// The lowest points of a cell are those up to so many sides above the lowest of them.
+/// The lowest points of a cell are those at most this many sides above the very lowest.
 const LAYER: f64 = 0.25;
 /// Heights further apart than this, in sides, are not of one slope.
 pub(super) const STEP: f64 = 1.2;

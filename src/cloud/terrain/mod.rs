@@ -33,7 +33,7 @@ const FLAT: f64 = 0.35;
 const SEVERAL: std::ops::Range<f64> = 0.02..0.5;
 /// Fewer points are no landscape.
 const LEAST: usize = 1000;
-/// Components have the room of at least so many points.
+/// Components have the room of at least this many points.
 const LEAST_POINTS: f64 = 30.0;
 
 /// A landscape, in the units of its points.

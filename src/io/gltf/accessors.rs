@@ -170,7 +170,7 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
-    /// The image at an address; `None` if it has more than so many bytes.
+    /// The image at an address; `None` if it has more than this many bytes.
     pub fn image(&self, uri: &str, most_bytes: u64) -> Result<Option<Content<'_>>> {
         if let Some(data) = uri.strip_prefix("data:") {
             return decode_data_uri(data).map(|bytes| Some(Content::Own(bytes)));

@@ -206,7 +206,7 @@ impl SceneMerger<'_> {
         Ok((first as u32, elements.count))
     }
 
-    /// Refuses to add so many bytes to the mesh if that makes it very much larger than the file.
+    /// Refuses to add this many bytes to the mesh if that makes it very much larger than the file.
     fn check_size(&self, added_bytes: usize, place: &str) -> Result<()> {
         let bytes = self.size().saturating_add(added_bytes);
         if outgrows(bytes as u64, self.buffers.read_bytes()) { Err(repeat_error(place)) } else { Ok(()) }

@@ -65,9 +65,9 @@ impl CornerIndices {
 /// The attributes read so far.
 #[derive(Default)]
 pub(crate) struct AttributeReader {
-    /// Red, green, blue and opacity of each vertex as long as all have a colour,
+    /// Red, green, blue and opacity of each vertex as long as all have a colour.
     colours: Vec<[f64; 4]>,
-    /// and the fewest of them that a vertex has.
+    /// The fewest components of a colour that a vertex has.
     colour_components: Option<usize>,
     any_colour: bool,
     uvs: Vec<[f64; 2]>,

@@ -146,7 +146,7 @@ pub(crate) struct UvLists {
 }
 
 impl UvLists {
-    /// Splits the list of the current face, which has so many corners, in the same way as the face.
+    /// Splits the list of the current face, which has this many corners, in the same way as the face.
     pub(crate) fn end_face(&mut self, corners: usize) {
         let pairs = self.current_face.as_chunks::<2>().0;
         let is_complete = pairs.len() == corners && self.current_face.len() == 2 * corners;

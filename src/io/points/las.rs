@@ -17,7 +17,7 @@ use crate::{Error, Result};
 
 /// The class of points that more than one strip of a flight has.
 const OVERLAP: u8 = 12;
-/// Points are decoded in pieces of so many bytes.
+/// Points are decoded in pieces of this many bytes.
 const BATCH_BYTES: u64 = 1 << 20;
 /// Where the header has the offset of the points, the number of them, and in version 1.4 the first extended
 /// record, their number and the number of points once more.

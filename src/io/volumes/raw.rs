@@ -83,7 +83,7 @@ pub(crate) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
     Ok(([x, y, z], note))
 }
 
-/// The bytes of so many values, if memory can be so large.
+/// The number of bytes of this many values, if memory can be that large.
 pub(crate) fn byte_count(size: [usize; 3], number: Number) -> Option<usize> {
     size.iter().try_fold(number.bytes(), |product, length| product.checked_mul(*length))
 }

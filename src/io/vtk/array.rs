@@ -142,7 +142,7 @@ impl Budget {
         Self { file_bytes: file_bytes as u64, unpacked: 0, taken: 0 }
     }
 
-    /// Allows so many more bytes of numbers.
+    /// Allows this many more bytes of numbers.
     ///
     /// # Errors
     /// [`Error::Input`] if the file is too short for them.
@@ -155,7 +155,7 @@ impl Budget {
         Ok(())
     }
 
-    /// Allows so many more bytes that packed ones stand for.
+    /// Allows this many more bytes after decompression.
     ///
     /// # Errors
     /// [`Error::Input`] if they are too many for the file.

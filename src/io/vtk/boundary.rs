@@ -72,12 +72,12 @@ impl Boundary {
         })
     }
 
-    /// Bytes of memory for so many sides.
+    /// Bytes of memory for this many sides.
     pub fn byte_count(sides: usize) -> u64 {
         sides as u64 * size_of::<Side>() as u64
     }
 
-    /// Makes room for so many sides.
+    /// Makes room for this many sides.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`].

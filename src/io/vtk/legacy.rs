@@ -304,7 +304,7 @@ impl<'a> Reader<'a> {
         self.cursor.values(type_name, size, &mut self.budget).map(drop)
     }
 
-    /// An array with so many components, or as many as its line says.
+    /// An array with this many components, or as many as its line says.
     fn attribute(&mut self, purpose: Purpose, components: Option<usize>) -> Result<()> {
         let name = self.cursor.name()?;
         let components = match components {

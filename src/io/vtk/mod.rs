@@ -94,7 +94,7 @@ impl<'d, 'a> PieceReader<'d, 'a> {
         Ok(piece)
     }
 
-    /// The arrays of a section, of so many rows.
+    /// The arrays of a section, each with this many rows.
     fn data(
         &mut self,
         declared: &'d DeclaredPiece<'a>,

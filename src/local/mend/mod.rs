@@ -36,23 +36,25 @@ const COST_OF_VERTEX: f64 = 0.04;
 const MOST_ADDED: [f64; 2] = [0.1, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
-/// No more triangles are tried once so many, and as many as there were edits, were tried in vain: then the
-/// surface has more details than the mesh has vertices for. For a mesh with no vertices,
+/// No more triangles are tried once more than this many, with one for each edit and
+/// [`IN_VAIN_PER_VERTEX`] for each vertex added, were tried in vain: then the surface has more details than
+/// the mesh has vertices for.
 const IN_VAIN: usize = 20;
-/// for each vertex besides,
+/// Triangles that may be tried in vain for each vertex of the mesh, in addition to [`IN_VAIN`].
 const IN_VAIN_PER_VERTEX: f64 = 0.02;
-/// and at most.
+/// Maximum of [`IN_VAIN`] and [`IN_VAIN_PER_VERTEX`] together, however many vertices there are.
 const MOST_IN_VAIN: usize = 300;
 /// Edits that leave at most this share of the cost are enough.
 const ENOUGH: f64 = 0.1;
-/// Largest distance of a curve from its edges that a change may lead to, in spacings,
+/// Largest distance of a curve from its edges that a change may lead to, in spacings.
 const STRAY: f64 = 0.03;
-/// and of a ragged curve that no user has drawn, as where a scan ends or its crease follows the triangles.
+/// Largest distance that a change may lead to at a ragged curve that no user has drawn, in spacings: such
+/// curves are the ends of scans, or creases that follow a scan's triangles.
 const STRAY_OF_RAGGED: f64 = 0.2;
-/// A curve is ragged if its raggedness is more than this, in radians: 0 to 4 degrees on CAD parts, 5 to 65 on
-/// scans,
+/// A curve is ragged if its raggedness exceeds this, in radians, and it has [`LEAST_BENDS`]. The raggedness
+/// is 0 to 4 degrees on CAD parts, 5 to 65 on scans.
 const RAGGED: f64 = 0.1;
-/// and if it has at least so many bends: fewer may be meant.
+/// A ragged curve has at least this many bends: fewer may be intended.
 const LEAST_BENDS: usize = 6;
 
 /// Angles whose difference is below this are the same, in radians.
@@ -299,9 +301,9 @@ struct State {
     edits: usize,
     /// Triangles tried in vain.
     in_vain: usize,
-    /// How many edits had been kept when a triangle was last tried in vain,
+    /// How many edits had been kept when a triangle was last tried in vain.
     failed: HashMap<u32, usize>,
-    /// and when one changed something at a vertex.
+    /// How many edits had been kept when one last changed something at a vertex.
     changed: HashMap<u32, usize>,
 }
 

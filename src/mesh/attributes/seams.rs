@@ -79,8 +79,8 @@ fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
 /// Half-edges `3 * triangle + k` of `mesh` along which its texture is cut, for
 /// [`crate::CoarseToFineOptions::fixed_half_edges`].
 ///
-/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture is
-/// continuous at their other ends: it would cut the surface into as many wedges as there are triangles
+/// Edges that end at a pole, where a texture is drawn together in a point, are not seams if the texture is
+/// continuous at their other ends: they would cut the surface into as many wedges as there are triangles
 /// around the pole.
 pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let Some(uv) = &attributes.uv else { return Vec::new() };

@@ -92,7 +92,7 @@ impl Bvh {
     }
 }
 
-/// Does both pieces of work on so many nodes, on several threads if they are large.
+/// Does both pieces of work on this many nodes, on several threads if there are many.
 fn both(
     nodes: usize,
     progress: &ProgressToken,

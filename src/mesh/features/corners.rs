@@ -13,10 +13,11 @@ use crate::mesh::topology::Partition;
 const TURN: f64 = 60.0;
 /// A turn is measured between points this many spacings away on either side, so that noise makes no corners.
 const REACH: f64 = 0.5;
-/// A loop shorter than [`LONGEST_RIM`] bends everywhere and has corners only where it turns by this share of
-/// [`TURN`]
+/// A loop shorter than [`LONGEST_RIM`] bends everywhere and has corners only where it turns by this fraction
+/// of [`TURN`] between points [`NEAR`] spacings away.
 const MOST_OF_TURN: f64 = 0.75;
-/// between points this many spacings away.
+/// The turns of a loop shorter than [`LONGEST_RIM`] are measured between points this many spacings away on
+/// either side.
 const NEAR: f64 = 0.125;
 
 /// Whether each vertex is a corner.

@@ -17,17 +17,18 @@ use super::surface::FeatureSurface;
 use crate::mesh::NONE;
 use rayon::prelude::*;
 
-/// Edges that turn by more degrees are creases: the six of a hexagon turn by 60.
+/// Edges that turn by more degrees than this are creases: the six of a hexagon turn by 60.
 const MOST: f64 = 59.0;
-/// So are those that turn to and fro by more degrees.
+/// Edges that turn to and fro by more degrees than this are creases.
 const MOST_TO_AND_FRO: f64 = 90.0;
-/// Facets narrower than so many spacings are narrow.
+/// Facets narrower than this many spacings are narrow.
 const NARROW: f64 = 1.0;
-/// Edges that turn by less than this share of the edge's turn are not looked at, such as those across facets;
+/// A walk from an edge passes edges that turn by less than this fraction of its turn, such as those across
+/// facets.
 const FLAT: f64 = 0.25;
-/// the next one is of the same row if it turns by this share of it at least, and at most.
+/// The next edge belongs to the same row if its turn is within this range, as a fraction of the edge's turn.
 const ALIKE: [f64; 2] = [0.5, 2.0];
-/// Triangles are long if the edge is so many times as long as it is far to the next one.
+/// Triangles are long if the edge is this many times as long as the distance to the next one.
 const LONG: f64 = 4.0;
 /// Triangles that a walk crosses at most.
 const STEPS: usize = 64;

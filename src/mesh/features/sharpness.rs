@@ -15,12 +15,12 @@ const FADE: f64 = 0.4;
 
 /// Normals are averaged this far from the edge's middle, in spacings.
 const REACH: f64 = 0.5;
-/// But over at least this many lengths of the edge: where the output is finer than the input, noise is of the
-/// input's size.
+/// Normals are averaged over at least this many lengths of the edge: where the output is finer than the
+/// input, noise is of the input's size.
 const REACH_OF_EDGE: f64 = 1.5;
-/// An edge counts as no longer than so many heights of its triangles, of the larger one: long edges between
-/// narrow triangles, as CAD programs make them, say nothing of noise, and reached far around a bore. On scans
-/// one of the two may be narrow.
+/// An edge counts as at most this many times as long as the larger height of its two triangles: long edges
+/// between narrow triangles, as CAD programs make them, say nothing about noise, and reached far around a
+/// bore. On scans one of the two may be narrow.
 const MOST_HEIGHTS: f64 = 2.0;
 /// Triangles that are averaged on either side, at most: fine inputs do not need all of theirs.
 const MOST: usize = 48;

@@ -6,22 +6,22 @@ use super::discarded::Discarded;
 use super::graph::Graph;
 use super::strips::NARROW;
 
-/// Connected sharp edges are discarded below this many spacings of total length,
+/// Connected sharp edges are discarded below this many spacings of total length, plus [`PER_FLAW`].
 const SHORTEST: f64 = 2.0;
-/// plus this many for each free end and each sharp bend: creases of CAD parts end and bend where they meet
-/// other creases, those of scans anywhere.
+/// Spacings that each free end and each sharp bend adds to [`SHORTEST`]: creases of CAD parts end and bend
+/// where they meet other creases, those of scans anywhere.
 const PER_FLAW: f64 = 4.0;
 /// Where the angle changes from edge to edge, a spacing counts as at least this many edges, times the mean
 /// change over the mean angle: 0 to 0.1 on CAD parts, 0.2 to 0.4 on scans. Noise is of the input's size,
 /// however fine the output; it also makes chains branch.
 const ROUGH_EDGES: f64 = 10.0;
-/// Up to this roughness, bends of a loop are no flaws,
+/// The bends of a rim are not flaws; a loop is a rim if its roughness is at most this.
 const EVEN: f64 = 0.1;
-/// if it has at least so many edges: single triangles that are folded over have even angles, too;
+/// A rim has at least this many edges: single triangles that are folded over have even angles, too.
 const LEAST_EDGES_OF_RIM: usize = 6;
-/// and if it is at least as many spacings long as a triangle is around.
+/// A rim is at least this many spacings long, as many as the perimeter of a triangle.
 const SHORTEST_RIM: f64 = 3.0;
-/// At least this share of their length must be sharp by itself, if they have such flaws.
+/// At least this fraction of the length of connected edges with flaws must be sharp by itself.
 const STRONG: f64 = 0.5;
 /// Chains with a free end are discarded below this many spacings.
 const DANGLING: f64 = 3.0;

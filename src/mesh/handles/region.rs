@@ -12,13 +12,14 @@ pub(super) struct Regions<'a> {
     twins: &'a [u32],
     /// A triangle at each vertex; [`NONE`] without any.
     at: Vec<u32>,
-    /// The number of the last region that each triangle and vertex was in, from 1; [`CHANGED`] where the
-    /// surface is another since.
+    /// The number of the last region that each triangle was in, from 1; [`CHANGED`] where the surface has
+    /// changed since.
     of_triangle: Vec<u32>,
+    /// The number of the last region that each vertex was in.
     of_vertex: Vec<u32>,
-    /// And that of the last whose boundary each vertex was on.
+    /// The number of the last region whose boundary each vertex was on.
     of_boundary: Vec<u32>,
-    /// And that of the last whose walk around the boundary passed each half-edge.
+    /// The number of the last region whose walk around the boundary passed each half-edge.
     of_walk: Vec<u32>,
     number: u32,
 }

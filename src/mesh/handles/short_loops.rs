@@ -11,7 +11,7 @@ use std::collections::{BinaryHeap, HashMap};
 
 /// Loops found, at most.
 const LOOPS: usize = 6;
-/// Paths begin at so many vertices of a region, then at those of the best loop.
+/// Paths begin at this many vertices of a region, then at those of the best loop.
 const ROOTS: usize = 16;
 
 /// The region as a graph, its vertices and triangles by their places in its lists.

@@ -24,7 +24,7 @@ use point::distance_at_least;
 
 /// Vertices that one thread takes in a row, each starting its search where the last one ended.
 const VERTICES: usize = 1024;
-/// What is found of so many pieces is known to the next ones.
+/// Pieces in a batch; what is found in one batch is known to the next.
 const BATCH: usize = 1 << 13;
 /// Parts of a batch, each for one thread.
 const CHUNKS: usize = 1 << 7;
@@ -294,7 +294,7 @@ struct Chunk {
 }
 
 impl Chunk {
-    /// Takes at most so many steps on a piece and on what is left of it, the largest bounds first.
+    /// Takes at most this many steps on a piece and on what is left of it, the largest bounds first.
     fn work(&mut self, piece: Piece, steps: usize, target: &Target) {
         if steps == 0 {
             self.found.upper = self.found.upper.max(piece.bound(target));

@@ -15,9 +15,9 @@ use crate::mesh::{NONE, TriMesh};
 /// A border is ragged if its [`raggedness`] is more than this, in radians: smooth curves and polygons have
 /// hardly any.
 const RAGGED: f64 = 0.1;
-/// Turns to and fro belong together if they are at most so many edges apart.
+/// Turns to and fro belong together if they are at most this many edges apart.
 const APART: usize = 2;
-/// A border has at least so many bends if it is ragged: fewer may be meant.
+/// A ragged border has at least this many bends: fewer may be intended.
 const LEAST_BENDS: usize = 4;
 /// Pairs of steps in which borders are filtered, one that shrinks and one that grows (Taubin 1995).
 const PAIRS: usize = 60;
@@ -34,7 +34,7 @@ const LIMITS: Limits = Limits { factor: 0.8, rounds: 14, least_cosine: 0.94, lea
 
 /// What is made smooth, and how far.
 pub(crate) struct BorderSmoothing<'a> {
-    /// Vertices move by at most so many mean edges of their border.
+    /// Vertices move by at most this many mean edges of their border.
     pub edges: f64,
     /// Edges where the surface turns by at least this angle in degrees stay.
     pub feature_angle: f64,

@@ -17,17 +17,18 @@ use std::collections::HashMap;
 const ROUNDING: f64 = 32.0 * f32::EPSILON as f64;
 /// Vertices closer than this share of the shortest edge at them may become one.
 const OF_SHORTEST_EDGE: f64 = 0.01;
-/// More vertices at one place are no crack.
+/// More vertices than this at one place are not a crack.
 const MOST_AT_ONE_PLACE: usize = 256;
 
 /// Rounds of closing, which only meshes of many T-joints on each other need.
 const ROUNDS: usize = 32;
 
-/// A boundary edge this close to another, as a share of its length, is taken for a side of a crack
+/// A side of a crack is a boundary edge this close to another, as a fraction of its length.
 const NARROW: f64 = 1e-3;
-/// if the cosine of the angle between the two is at least this,
+/// The cosine of the angle between the two sides of a crack is at least this.
 const PARALLEL: f64 = 0.99;
-/// and the cosine of that between their faces at most this: the sides of a thin wall are none.
+/// The cosine of the angle between the faces at the two sides of a crack is at most this: the sides of a
+/// thin wall are not a crack.
 const SAME_SIDE: f64 = 0.9;
 
 /// Boundary edges that lie close to others.

@@ -12,7 +12,7 @@ use crate::mesh::triangle::doubled_normal;
 /// Standard deviation of the filter, in tolerances, but no less than the curve's mean edge: teeth up to twice
 /// as long vanish.
 const WIDTH: f64 = 2.0;
-/// The filter ends so many standard deviations away.
+/// The filter ends this many standard deviations away.
 const REACH: f64 = 3.0;
 /// The standard deviation is at most this share of a curve's length, so that small holes keep their size.
 const SHARE_OF_LENGTH: f64 = 1.0 / 12.0;
@@ -23,13 +23,13 @@ const LIMITS: Limits = Limits { factor: 0.5, rounds: 6, least_cosine: 0.5, least
 
 /// How far the triangles at a curve may change.
 pub(super) struct Limits {
-    /// What folds is moved less by this factor,
+    /// The moves at triangles that change too much are multiplied by this factor in each round.
     pub factor: f64,
-    /// in at most so many rounds; after them, it stays.
+    /// Maximum number of rounds; then the vertices of triangles that change too much stay.
     pub rounds: usize,
     /// The cosine of the angle by which a triangle may turn.
     pub least_cosine: f64,
-    /// The part of its area that it keeps.
+    /// The fraction of its area that a triangle keeps.
     pub least_area: f64,
 }
 

@@ -27,14 +27,16 @@ const LIMITS: [Limits; 6] = [
 const FEW: usize = 2000;
 /// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
 const FOLDED: f64 = -0.999;
-/// Passes over all edges at each limit,
+/// Maximum number of passes over all edges at each limit.
 const PASSES: usize = 4;
-/// but for the last one only while they remove so large a share of the vertices.
+/// Another pass follows at a limit other than the last only if one removed this fraction of the vertices.
 const WORTH_A_PASS: f64 = 0.02;
-/// Where this many of the limits leave more vertices than this, the others take long:
+/// After this many limits the others may be left out: if more than [`MANY`] vertices are left, they take
+/// long.
 const STRICT: usize = 2;
+/// With more vertices than this, the limits after the first [`STRICT`] take long.
 const MANY: usize = 20_000;
-/// they are left out for a number below what the topology needs, where no more than so many times that are
+/// Limits are left out for a number below what the topology needs, if at most this many times that need are
 /// left.
 const NEAR_NEED: usize = 4;
 /// Triangles up to which each is compared with each.

@@ -15,9 +15,9 @@ use super::triangle::{closest_on_triangle, doubled_normal};
 use crate::TriMesh;
 use glam::DVec3;
 
-/// Lengths whose relative difference is below this count as equal along an edge,
+/// Lengths at the ends of an edge count as equal if their relative difference is below this.
 pub(crate) const EVEN: f64 = 1e-6;
-/// and within a triangle below this.
+/// Lengths at the corners of a triangle count as equal if their relative difference is below this.
 const ALIKE: f64 = 1e-3;
 
 /// Relative target edge lengths over a surface, linear in its triangles. 1 is the spacing.

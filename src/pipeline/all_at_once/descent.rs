@@ -8,13 +8,13 @@ use glam::{DVec3, Vec4};
 /// Longest move of a site along a direction that is not Lloyd's, in spacings.
 const LONGEST_MOVE: f64 = 0.5;
 /// A step is accepted if the energy falls by this fraction of what the gradient predicts (Armijo's
-/// condition),
+/// condition).
 const ARMIJO: f64 = 1e-4;
-/// give or take this fraction of the energy, for rounding in f32.
+/// Armijo's condition may be missed by this fraction of the energy, for rounding in f32.
 const NOISE: f64 = 1e-7;
-/// A step that is not accepted is shortened by a factor in this range,
+/// A step that is not accepted is shortened by a factor in this range.
 const SHORTER: [f64; 2] = [0.1, 0.5];
-/// and after so many of them Lloyd's step is taken, along which the energy never rises.
+/// If more steps than this are refused, Lloyd's step is taken, along which the energy never rises.
 const MOST_REFUSED: u32 = 2;
 
 /// Sites with the energy of their cells.

@@ -13,13 +13,13 @@ use crate::pipeline::run_context::RunContext;
 use crate::progress::ProgressReporter;
 use crate::{Error, Result};
 
-/// Where local operations fail, so many other random starts are tried.
+/// Where local operations fail, this many other random starts are tried.
 const OTHER_STARTS: u64 = 2;
-/// Each further attempt has this many times the vertices of the last,
+/// Each further attempt has this many times the vertices of the last.
 const GROWTH: f64 = 1.5;
-/// up to so many times the given number,
+/// Attempts have at most this many times the given number of vertices, or [`FEW`] if that is more.
 const MOST_GROWTH: usize = 4;
-/// or up to this number.
+/// Attempts may have this many vertices, however few are asked for.
 const FEW: usize = 5000;
 
 /// What all attempts share.

@@ -14,18 +14,20 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::{Result, TriMesh};
 
-/// At most so many times sites are moved into broken cells,
+/// Maximum number of rounds in which sites are moved into broken cells.
 const DENSIFICATIONS: u32 = 12;
-/// and at most so many times in a row without fewer broken cells than ever before.
+/// Maximum number of rounds in a row without fewer broken cells than ever before.
 const PATIENCE: u32 = 4;
-/// Nor on a surface with junctions or defects once there are more broken cells than the fewest times this: on
-/// others that often comes right.
+/// On a surface with junctions or defects, the rounds end once the broken cells exceed the fewest so far by
+/// this factor; on others that often comes right.
 const WORSE: f64 = 1.4;
-/// Nor where, after so many times,
+/// From this many rounds on, the rounds end if too many cells are still broken: both [`MANY`] and
+/// [`HARDLY_FEWER`] are exceeded.
 const SOON: u32 = 2;
-/// more than this share of all cells
+/// More broken cells than this fraction of all cells are many.
 const MANY: f64 = 0.05;
-/// and of those that were broken at first are still so: where it comes right, they are halved by then.
+/// More broken cells than this fraction of those that were broken at first are hardly fewer: where it comes
+/// right, they are halved by then.
 const HARDLY_FEWER: f64 = 0.7;
 
 /// The rounds of moves into broken cells so far.
@@ -41,7 +43,7 @@ impl Rounds {
         Self { done: 0, without_gain: 0, at_first: None, fewest: usize::MAX }
     }
 
-    /// Whether another round may help, with so many cells `broken` of `all`.
+    /// Whether another round may help, if `broken` of `all` cells are broken.
     fn may_go_on(&mut self, broken: usize, all: usize, is_manifold: bool) -> bool {
         self.without_gain = if broken < self.fewest { 0 } else { self.without_gain + 1 };
         let gets_worse = !is_manifold && broken as f64 > WORSE * self.fewest as f64;

@@ -13,7 +13,7 @@ use glam::DVec3;
 
 /// Least distance, in spacings, of a moved site from others and from the sites of broken cells.
 const APART: f64 = 0.05;
-/// At most one site of so many moves in a round.
+/// At most one of this many sites moves in a round.
 const RARE: usize = 10;
 
 /// Connected sites, with what [`densify`] has to know of them.

@@ -23,7 +23,7 @@ use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
 
-/// At most so many times sites are moved to faces that intersect others.
+/// Maximum number of times that sites are moved to faces that intersect others.
 const DENSIFICATIONS: u32 = 4;
 /// Further rounds of polish where vertices slide along curves.
 const ROUNDS_ON_CURVES: u32 = 10;

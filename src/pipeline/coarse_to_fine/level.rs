@@ -28,7 +28,7 @@ const WIDEST: f64 = 2.5;
 const EXACT: u32 = 10;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
-/// Of so many sites or fewer, all results are copied to the host at once.
+/// With at most this many sites, all results are copied to the host at once.
 const SMALL: usize = 1 << 16;
 
 /// Limits on the moves of a level.

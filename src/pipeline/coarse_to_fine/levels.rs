@@ -9,9 +9,9 @@ use crate::{Error, Result};
 /// Largest fraction of the sites that may be on curves.
 const MOST_ON_CURVES: f64 = 0.6;
 /// Largest fraction of the curves that may be shorter than a coarse level's spacing without being so at the
-/// finest,
+/// finest.
 const MOST_SHORT: f64 = 0.2;
-/// unless they are fewer than this fraction of the level's sites.
+/// Short curves do not count if they are fewer than this fraction of the level's sites.
 const FEW_SHORT: f64 = 0.01;
 
 /// Sites of one level.

@@ -10,9 +10,10 @@ use crate::mesh::quality::quality;
 use crate::pipeline::outcome::Outcome;
 use crate::{Error, TriMesh};
 
-/// Another attempt is made if more than this share of the triangles has an angle below 30 degrees,
+/// Another attempt is made if more than this fraction of the triangles has an angle below 30 degrees.
 const MANY: f64 = 0.05;
-/// and counts if its own share is at most so much of it.
+/// The other attempt is better if it has at most this many times the first one's fraction of triangles with
+/// an angle below 30 degrees.
 const BETTER: f64 = 0.5;
 
 impl Runner<'_, '_> {

@@ -18,13 +18,13 @@ use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::ShorterEdges;
 use crate::{Error, Result, TriMesh};
 
-/// A place of the surface farther from the mesh than so many edge lengths is left out.
+/// A place of the surface farther from the mesh than this many edge lengths is left out.
 const LEFT_OUT: f64 = 0.4;
-/// Where one is, others farther than this are to come closer as well.
+/// If a place is left out, others farther away than this many edge lengths are to come closer as well.
 const FAR: f64 = 0.3;
-/// Share of their length that edges have there in the next attempt,
+/// Fraction of their length that edges near places left out have in the next attempt.
 const SHORTER: f64 = 0.6;
-/// within so many spacings.
+/// Edges within this many spacings of places left out become shorter in the next attempt.
 const REACH: f64 = 1.5;
 /// Most further attempts.
 const ATTEMPTS: u32 = 3;
@@ -34,14 +34,14 @@ const TOO_MANY_SMALL: f64 = 0.01;
 /// Largest share of the vertices that shorter edges may take from elsewhere: attempts that took 18 to 58 % on
 /// CAD parts were all worse, those that took 1 to 13 % on sculpts mostly better.
 const MOST_VERTICES: f64 = 0.15;
-/// Another attempt is much closer if the place that is farthest from the mesh is at this share of the
-/// distance. Then it may have
+/// Another attempt is much closer if the largest distance of a place from the mesh is at most this fraction
+/// of the best attempt's.
 const CLOSER: f64 = 0.8;
-/// so many more faces with small angles, as a share of all,
+/// A much closer attempt may have more faces with small angles, by this fraction of all faces.
 const MORE_SMALL: f64 = 0.001;
-/// and a smallest angle of this share.
+/// The smallest angle of a much closer attempt is at least this fraction of the best attempt's.
 const NARROWER: f64 = 0.7;
-/// Places that are told apart are so many spacings away from each other.
+/// Places that are told apart are this many spacings away from each other.
 const APART: f64 = 2.0;
 
 impl Runner<'_, '_> {

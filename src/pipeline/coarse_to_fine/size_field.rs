@@ -8,7 +8,7 @@ use crate::options::{Length, Options, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 
-/// By default, sizes are at most so many times smaller or larger than the edge length of a uniform mesh.
+/// By default, sizes are at most this many times smaller or larger than the edge length of a uniform mesh.
 const RANGE: f64 = 8.0;
 /// Curvature below this, in the unit-diagonal frame, counts as flat.
 const FLAT: f64 = 0.01;

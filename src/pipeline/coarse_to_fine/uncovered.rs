@@ -12,7 +12,7 @@ use rayon::prelude::*;
 /// A point farther than this many spacings from the nearest site is uncovered; the centre of an even triangle
 /// is at 0.58.
 const NEAR: f64 = 1.0;
-/// At most one new site for so many.
+/// At most one new site is added for this many sites.
 const RARE: usize = 200;
 /// Least number of vertices for a thread.
 const CHUNK: usize = 512;

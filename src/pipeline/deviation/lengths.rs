@@ -11,12 +11,14 @@ use crate::options::Options;
 
 /// Share of the largest deviation that is aimed at, since chance exceeds it here and there.
 const AIM: f64 = 0.85;
-/// Least and largest change of a length from one run to the next,
+/// Smallest factor by which a length changes from one run to the next.
 const LEAST_CHANGE: f64 = 0.6;
+/// Largest factor by which a length changes from one of the first [`EARLY`] runs to the next.
 const MOST_CHANGE: f64 = 1.35;
-/// and the largest one later, since lengths would go up and down,
+/// Largest factor by which a length changes after the first [`EARLY`] runs: with a larger one, lengths would
+/// go up and down.
 const LATER_CHANGE: f64 = 1.1;
-/// after so many runs.
+/// Number of runs after which [`LATER_CHANGE`] limits the growth of lengths.
 const EARLY: u32 = 3;
 /// Least change where a number of vertices is estimated.
 const LEAST_ESTIMATED: f64 = 0.02;
@@ -80,7 +82,7 @@ impl<'a> Lengths<'a> {
         self.values = self.bisect(vertices, at);
     }
 
-    /// The shortest of the lengths `at` a number, with which they grow, that take at most so many vertices.
+    /// The shortest of the lengths `at` a number, with which they grow, that take at most `vertices`.
     fn bisect(&self, vertices: usize, at: impl Fn(f64) -> Vec<f64>) -> Vec<f64> {
         let (mut low, mut high) = (1e-3f64, 1e3f64);
         for _ in 0..TRIES {

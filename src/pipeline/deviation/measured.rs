@@ -9,13 +9,14 @@ use crate::mesh::bvh::Bvh;
 use crate::mesh::hausdorff::{Effort, Indexed, one_sided};
 use crate::{ProgressToken, Result, TriMesh};
 
-/// Samples of a face of the mesh lie on a grid with so many steps along each side.
+/// Samples of a face of the mesh lie on a grid with this many steps along each side.
 const STEPS: u32 = 4;
-/// Samples of a triangle of the surface are at most this share of the edge length there apart,
+/// Samples of a triangle of the surface are at most this fraction of the edge length there apart, unless
+/// that takes more than [`MOST_STEPS`].
 const APART: f64 = 0.25;
-/// with so many steps along each side at most.
+/// Maximum number of steps along each side in the samples of a triangle of the surface.
 const MOST_STEPS: u32 = 24;
-/// With so many times as many steps, others are taken where a sample is far away.
+/// Where a sample is far away, the triangle is sampled again with this many times as many steps.
 const FINER: u32 = 4;
 /// Triangles that one thread takes in a row, each starting its search where the last one ended.
 const CHUNK: usize = 256;
@@ -221,7 +222,7 @@ fn each_triangle<T: Send>(
     Ok(chunks.into_iter().flatten().collect())
 }
 
-/// The points of a triangular grid with so many steps along each side.
+/// The points of a triangular grid with this many steps along each side.
 fn grid([a, b, c]: [DVec3; 3], steps: u32) -> impl Iterator<Item = DVec3> {
     let at = move |i: u32, j: u32| {
         let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(steps));

@@ -21,15 +21,15 @@ use lengths::Lengths;
 use measured::{Depth, Reference};
 use serde::Serialize;
 
-/// Runs in which no vertices are inserted, since edge lengths still change much,
+/// Number of first runs, in which no vertices are inserted, since edge lengths still change much.
 const ROUGH: u32 = 2;
-/// and all, at most.
+/// Maximum number of runs.
 const ROUNDS: u32 = 6;
 /// A run must do with this share of the vertices of the best one for another to follow.
 const GAIN: f64 = 0.95;
 /// Vertices that a mesh may have more for each small angle less.
 const VERTICES_PER_ANGLE: usize = 100;
-/// Faces with small angles count as so many largest deviations from the surface.
+/// Faces with small angles count as this many largest deviations from the surface.
 const NARROW: f64 = 1.5;
 /// Share of the largest deviation that is made use of; the rest is for the rounding of what is written.
 const USED: f64 = 0.999;

@@ -3,12 +3,12 @@
 use crate::grammar::counted;
 use crate::{Error, Result};
 
-/// A component with at most so many vertices consists of corners, none of which can go without a change of
+/// A component with at most this many vertices consists of corners, none of which can go without a change of
 /// its shape.
 const FEW: usize = 32;
 /// Vertices that show the shape of any other component: as many as an icosahedron has.
 const SHAPE: usize = 12;
-/// Components that would get at least so many vertices by area keep half of those, whatever the others need.
+/// Components that would get at least this many vertices by area keep half of them, whatever others need.
 pub(super) const SMALL: f64 = 32.0;
 
 /// A component, as far as its share of the vertices depends on it.

@@ -15,7 +15,7 @@ use std::collections::HashSet;
 const ENOUGH: usize = 32;
 /// With fewer vertices for each large component, it is made sure that its topology does not need more.
 const FEW_FOR_LARGE: usize = 64;
-/// At most so many times the vertices of small components that run into others are doubled.
+/// Maximum number of times that the vertices of small components that run into others are doubled.
 const DOUBLINGS: u32 = 4;
 /// Vertices of the smallest other component on the coarsest level.
 const ON_COARSEST: f64 = 12.0;

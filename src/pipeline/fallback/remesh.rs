@@ -79,12 +79,12 @@ impl<'a> ComponentTarget<'a> {
 /// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer
 /// vertices.
 const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
-/// With a handle or tunnel for so many vertices or fewer, the first try is guarded, too: between so many
-/// sheets others mostly fail.
+/// With a handle or tunnel for this many vertices or fewer, the first try is guarded, too: between that many
+/// sheets, tries without a guard mostly fail.
 const VERTICES_PER_HANDLE: usize = 50;
-/// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
+/// Maximum number of polishes; each further one has more vertices fixed, where faces came to intersect.
 const POLISHES: u32 = 4;
-/// and so many rings around.
+/// Rings of vertices that are fixed around faces that came to intersect.
 const RINGS: u32 = 2;
 /// A simplified mesh with more vertices, and more than twice those asked for, is not polished, since it tells
 /// only how many there must be.

@@ -206,9 +206,9 @@ impl FitMesh<'_> {
 struct Bounds {
     /// The smallest angle before the moves.
     smallest: f64,
-    /// Angles below this may lose little;
+    /// Angles below this may lose little.
     floor: f64,
-    /// those with cosines below this are above it.
+    /// Angles whose cosine is below this are clearly above `floor`.
     clear_of_floor: f64,
     /// The largest angle before the moves, at least 90.
     largest: f64,

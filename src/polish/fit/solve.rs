@@ -151,15 +151,16 @@ struct Matrix {
     rows: Vec<Rows>,
 }
 
-/// Rows of the matrix: for each vertex the block on the diagonal, its inverse, and the blocks beside it.
+/// Rows of the matrix: for each vertex the block on the diagonal, its inverse, and the other blocks of its
+/// row.
 struct Rows {
     own: Vec<Block>,
     inverse: Vec<Block>,
-    /// The vertices beside each, one vertex after the other,
+    /// The neighbours of all vertices, one vertex after the other.
     neighbours: Vec<u32>,
-    /// their blocks,
+    /// The block off the diagonal for each entry of `neighbours`.
     beside: Vec<Block>,
-    /// and where those of each vertex end.
+    /// Where the entries of each vertex end in `neighbours` and `beside`.
     ends: Vec<u32>,
     right: Vec<Vec3A>,
 }
@@ -275,7 +276,7 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// The cost of a sample that moves, its distance taken so many times.
+    /// The cost of a sample that moves, with its distance multiplied by a factor.
     fn square(sample: &Sample, moved: DVec3, distances: f64) -> f64 {
         (sample.direction.as_dvec3().dot(moved) - distances * f64::from(sample.distance)).powi(2)
     }

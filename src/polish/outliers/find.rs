@@ -13,13 +13,14 @@ use crate::polish::relax::CHUNK;
 use crate::polish::target::SurfaceVertex;
 use crate::{Result, TriMesh};
 
-/// Most outliers of a mesh,
+/// Maximum number of outliers of a mesh, apart from those for each [`VERTICES_PER_OUTLIER`] vertices.
 const MOST_OUTLIERS: usize = 100;
-/// or of a small one, which is far off nearly everywhere, one for so many vertices,
+/// A small mesh, which is far off nearly everywhere, has at most one outlier for this many vertices instead
+/// of [`MOST_OUTLIERS`].
 const MOST_OF_SMALL: usize = 8;
-/// and vertices for each further one,
+/// Vertices for each further outlier.
 const VERTICES_PER_OUTLIER: usize = 100;
-/// or where a tolerance is given, which more places may exceed.
+/// Vertices for each further outlier if a tolerance is given, which more places may exceed.
 const VERTICES_PER_OUTLIER_OF_TOLERANCE: usize = 10;
 
 /// Triangles for each search from which on a tree by their order is enough.

@@ -41,9 +41,9 @@ pub(super) struct Cells {
     site: Vec<u32>,
     /// Of the surface around each sample.
     area: f64,
-    /// The sites near each,
+    /// The sites near each site.
     near: Vec<[u32; NEAR]>,
-    /// and how many times samples have walked.
+    /// How many times the samples have walked.
     rounds: u32,
 }
 

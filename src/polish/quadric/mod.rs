@@ -28,9 +28,9 @@ use crate::{ProgressToken, Result, TriMesh};
 use cell_quadric::CellQuadric;
 use cells::Cells;
 
-/// Rounds in which all sites move,
+/// Rounds in which all sites move.
 const ROUNDS: u32 = 40;
-/// and the share of them in which the weight of the normals' term grows.
+/// Fraction of the rounds in which the weight of the normals' term grows.
 const GROWING: f64 = 0.5;
 /// The weight of the normals' term in the end.
 const WEIGHT: f64 = 10.0;

@@ -191,7 +191,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// The input, which has so many points.
+    /// The input, which has this many points.
     fn of_points(file: &'a str, count: usize, packed: Packed) -> Self {
         let note = if packed.faces < count {
             format!("{} of them are drawn here.", digits_in_groups(packed.faces))

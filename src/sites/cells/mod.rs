@@ -38,7 +38,7 @@ pub use surface::{CellSites, CellSurface};
 pub use tangent::tangent_cells;
 use walk::{Cell, Scene, Uncut, Walk};
 
-/// At most so many times cells that do not fit together are computed again.
+/// Maximum number of times that cells that do not fit together are computed again.
 const REPAIRS: u32 = 6;
 /// Fewer cells are looked at by one thread.
 const FEW_CELLS: usize = 256;

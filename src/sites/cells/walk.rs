@@ -128,9 +128,9 @@ impl Weight {
 /// A site that may cut a cell.
 struct Candidate {
     distance_sq: f64,
-    /// How far the bisector is from the middle, times the distance, because of the weights,
+    /// How far the weights move the bisector from the middle, times the distance.
     offset: f64,
-    /// and the most that they change of a squared distance.
+    /// The most by which the weights change a squared distance.
     slack: f64,
     site: u32,
     /// Whether it counts; `None` until it would cut, since finding out takes a search over the surface.
@@ -202,9 +202,9 @@ impl<'a, 's> Gathering<'a, 's> {
 /// The working memory of one thread.
 #[derive(Default)]
 pub(crate) struct Walk {
-    /// Sites that may cut the cell, nearest first,
+    /// Sites that may cut the cell, nearest first.
     candidates: Vec<Candidate>,
-    /// and the distance up to which these are all.
+    /// The distance up to which `candidates` has all such sites.
     searched: f64,
     found: Vec<u32>,
     /// The sites that the surface connects to nearby, sorted, once computed.

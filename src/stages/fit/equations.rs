@@ -31,9 +31,9 @@ pub struct Equations {
     turn_kernel: Pipeline<turn::Shader>,
     /// Blocks on the diagonal, two values each: xx, yy, zz, yz; zx, xy.
     pub own: Buffer<Vec4>,
-    /// Blocks of the edges: xx, yy, zz, yz,
+    /// First values of the edges' blocks: xx, yy, zz, yz.
     pub block_heads: Buffer<Vec4>,
-    /// and zx, xy.
+    /// Last values of the edges' blocks: zx, xy.
     pub block_tails: Buffer<Vec2>,
     /// The right-hand side before solving, then what is left of it.
     pub residual: Buffer<Vec4>,
@@ -47,7 +47,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// For a mesh of so many vertices and edges; `workgroup` overrides the kernels' own.
+    /// For a mesh with these numbers of vertices and edges; `workgroup` overrides the kernels' own.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

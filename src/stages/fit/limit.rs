@@ -28,7 +28,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// For a mesh of so many vertices; `workgroup` overrides the kernels' own.
+    /// For a mesh with this many vertices; `workgroup` overrides the kernels' own.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

@@ -37,8 +37,8 @@ pub struct FaceSamples {
 }
 
 impl FaceSamples {
-    /// For a mesh and a surface of so many triangles; `workgroup` overrides the kernels' own, and `chunk` how
-    /// many samples are looked up at a time.
+    /// For a mesh and a surface on the device; `workgroup` overrides the kernels' own, and `chunk` how many
+    /// samples are looked up at a time.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

@@ -12,7 +12,7 @@ use crate::mesh::half_edges::EdgeTable;
 const PAIRS: usize = 60;
 const SHRINKING: f64 = 0.5;
 const GROWING: f64 = -0.505;
-/// Vertices of the borders move, too, up to so many edges away from a curve.
+/// Vertices of the borders move, too, up to this many edges away from a curve.
 const RINGS: usize = 3;
 
 /// Smooths the curves of a volume of this size, and the borders near them. Ends of curves, points where

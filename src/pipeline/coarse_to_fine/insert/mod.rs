@@ -17,9 +17,10 @@ const PASSES: u32 = 10;
 const TRIES: u32 = 24;
 /// Rounds of polish after a split.
 const ROUNDS: u32 = 5;
-/// Faces that may be too far away in a mesh without vertices,
+/// If more faces than this, plus one for every [`VERTICES_PER_FACE`] vertices, are too far away, edges are to
+/// be shorter instead.
 const FEW: usize = 50;
-/// and vertices for each further one. With more, edges are to be shorter instead.
+/// Vertices for each face that may be too far away, in addition to [`FEW`].
 const VERTICES_PER_FACE: usize = 8;
 /// Samples must be within this share of the largest deviation, since they may miss the farthest point.
 const SAMPLED: f64 = 0.97;

@@ -70,7 +70,7 @@ pub(super) fn free_vertices(mesh: &TriMesh, first: u32, splits: &[Split]) -> Vec
     is_free
 }
 
-/// The faces at vertices within so many rings of the given ones.
+/// The faces at vertices within a number of rings around the given ones.
 pub(super) fn faces_near(mesh: &TriMesh, around: &[u32], rings: u32) -> Vec<u32> {
     let mut is_near = vec![false; mesh.vertices.len()];
     around.iter().for_each(|v| is_near[*v as usize] = true);
@@ -87,7 +87,7 @@ fn spread(mesh: &TriMesh, is_marked: &mut [bool]) {
     }
 }
 
-/// Where the vertices come from after so many edges of a mesh were split: its own that have triangles first.
+/// Where the vertices come from after edges of a mesh were split: first its own that have triangles.
 pub(super) fn origins_after(mesh: &TriMesh, splits: usize) -> Vec<u32> {
     let is_used = used_vertices(mesh.vertices.len(), &mesh.triangles);
     let used = (0..).zip(is_used).filter(|(_, used)| *used).map(|(v, _)| v);
