@@ -50,14 +50,14 @@ pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> 
     measure_within(mesh, reference, DEFAULT_ACCURACY)
 }
 
-/// As [`measure`], with Hausdorff intervals of relative width `accuracy`; see [`distances_within`].
+/// Like [`measure`], with Hausdorff intervals of relative width `accuracy`; see [`distances_within`].
 ///
 /// Fails with [`Error::Usage`] as well, if that is out of range.
 pub fn measure_within(mesh: &TriMesh, reference: Option<&TriMesh>, accuracy: f64) -> Result<Measures> {
     measure_with_progress(mesh, reference, accuracy, &ProgressToken::default())
 }
 
-/// As [`measure_within`], for `progress` to cancel.
+/// Like [`measure_within`], for `progress` to cancel.
 ///
 /// Fails with [`Error::Cancelled`] as well.
 pub fn measure_with_progress(
@@ -89,7 +89,7 @@ pub(crate) enum Crossing {
     Known(usize),
 }
 
-/// As [`measure`], looking for intersections only if asked to; also fails with [`Error::Cancelled`].
+/// Like [`measure`], looking for intersections only if asked to; also fails with [`Error::Cancelled`].
 pub(crate) fn measure_some(
     mesh: &TriMesh,
     reference: Option<Reference>,

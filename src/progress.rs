@@ -332,7 +332,7 @@ impl<'a> ProgressReporter<'a> {
     /// Calls the callback.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] if it answers so, now or earlier.
+    /// [`Error::Cancelled`] if it asks for that, now or earlier.
     pub fn poll(&mut self) -> Result<()> {
         // Once it has cancelled, it is not called again.
         self.token.poll()?;
@@ -378,12 +378,12 @@ impl<'a> ProgressReporter<'a> {
         })
     }
 
-    /// As [`ProgressToken::at_most`].
+    /// Same as [`ProgressToken::at_most`].
     pub fn at_most(&self, few: u32, count: u32) -> u32 {
         self.token.at_most(few, count)
     }
 
-    /// As [`ProgressToken::leave_out`].
+    /// Same as [`ProgressToken::leave_out`].
     pub fn leave_out(&self) -> bool {
         self.token.leave_out()
     }

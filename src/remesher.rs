@@ -59,7 +59,7 @@ impl Remesher {
         &self.options
     }
 
-    /// As [`crate::remesh`].
+    /// Same as [`crate::remesh`].
     ///
     /// # Errors
     /// See there.
@@ -67,7 +67,7 @@ impl Remesher {
         self.remesh_with_progress(mesh, |_| {})
     }
 
-    /// As [`crate::remesh_with_progress`].
+    /// Same as [`crate::remesh_with_progress`].
     ///
     /// # Errors
     /// See there; also those of [`Size::vertices`] for this mesh.

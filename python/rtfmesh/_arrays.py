@@ -82,7 +82,7 @@ def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> 
 
 
 def indices(value: ArrayLike, name: str, columns: int, count: int) -> Faces:
-    """Indices below `count` in contiguous uint32, so many in each row."""
+    """Indices below `count` in contiguous uint32, this many in each row."""
     array = as_array(value, name)
     if array.dtype.kind not in "iu":
         raise InputError(f"`{name}` has values of type {array.dtype}; give integers, indices of vertices")

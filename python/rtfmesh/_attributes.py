@@ -20,7 +20,7 @@ COLOURS = {"colour", "color", "colours", "colors", "rgb", "rgba", "vertex_colors
 NORMALS = {"normal", "normals"}
 # What VTK calls the numbers of the cells that a surface was made of; those of corners occur several times.
 NUMBERS = ("vtkOriginalCellIds",)
-# Of so many faces, labels have more than two for each of them.
+# With at least this many faces, labels have more than two faces each.
 MANY = 100
 # Most numbers that the library takes for a vertex or face.
 WIDEST = 4
@@ -110,7 +110,7 @@ def rows(value: Any, name: str, count: int, of: str) -> NDArray[Any]:
 
 
 def of_type(dtype: np.dtype[Any], width: int, found: NDArray[np.float64]) -> NDArray[Any]:
-    """The numbers of a column in rows of so many."""
+    """The numbers of a column in rows of this many."""
     return found.reshape(-1, width).astype(dtype)
 
 
@@ -276,7 +276,7 @@ class Carrier:
 
     @classmethod
     def of(cls, source: Attributes, vertices: int, faces: int, keep: bool | list[str] = False) -> Carrier:
-        """Of the attributes of a mesh with so many vertices and faces; `keep` is what `keep_labels` says."""
+        """Of attributes of a mesh with this many vertices and faces; `keep` is what `keep_labels` says."""
         labels = Labels.of(keep, source.face)
         vertex = Group.of(source.vertex, vertices, "vertex", source.label_names)
         face = Group.of(source.face, faces, "face", source.label_names, labels)
@@ -285,7 +285,7 @@ class Carrier:
         return cls(source, vertex, face, given, labels)
 
     def carried(self, found: tuple[Any, ...], vertices: int, faces: int) -> Attributes:
-        """The attributes of a result with so many vertices and faces."""
+        """The attributes of a result with these numbers of vertices and faces."""
         vertex, face, uv, kind, materials = found
         return Attributes(
             self.vertex.decoded(vertex, vertices),

@@ -67,27 +67,27 @@ pub const SIZING: &str = "sizing";
 pub struct Input {
     /// The mesh with its attributes. Panics if these do not belong to it.
     pub loaded: Loaded,
-    /// What is there in place of a mesh, if there is none.
+    /// What the input is, if it is not a mesh.
     pub source: Source,
     /// With `--sizing property:sizing`, edge lengths are in proportion to these, one for each vertex.
     pub sizing: Option<Vec<f64>>,
     /// Lines to keep, unless `--features` names a file.
     pub features: Option<FeatureLines>,
-    /// What to find the places on the input of, besides what attributes need.
+    /// For what to find the places on the input, in addition to what attributes need.
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
     pub distances: bool,
 }
 
-/// What a surface is made of before it is remeshed.
+/// What a surface is made from before it is remeshed.
 #[derive(Debug, Clone, Default)]
 pub enum Source {
-    /// It is there.
+    /// The mesh itself.
     #[default]
     Mesh,
-    /// Of the mesh's vertices.
+    /// The mesh's vertices.
     Points(Points),
-    /// Of values on a grid.
+    /// Values on a grid.
     Values(Values),
 }
 
@@ -105,7 +105,7 @@ impl Values {
     /// `keep_specks`.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a side that there is not.
+    /// [`Error::Usage`] for a side that does not exist.
     pub fn new(
         volume: Volume,
         iso: Option<f64>,

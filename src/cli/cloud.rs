@@ -163,7 +163,7 @@ impl CloudArgs {
         Err(Error::usage(problem, "remove it"))
     }
 
-    /// As [`HoleArgs::source`].
+    /// Same as [`HoleArgs::source`].
     ///
     /// # Errors
     /// [`Error::Usage`] for options of points with a mesh.

@@ -38,8 +38,8 @@ impl InputFormat {
         loaded.map_err(|error| error.in_file(input_name(path)))
     }
 
-    /// As [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures and
-    /// the like as well.
+    /// Like [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures
+    /// and the like as well.
     pub fn load_any(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Input> {
         let (files_from, patience) = (self.files_from.clone(), patience());
         let reader = Reader::new().format(self.input_format).materials(with_materials);
@@ -51,12 +51,12 @@ impl InputFormat {
         read.map_err(|error| error.in_file(input_name(path)))
     }
 
-    /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
+    /// Like [`InputFormat::load`], for a second mesh: the format is not meant for it if it is a file.
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
         self.for_other_file(path).load(path)
     }
 
-    /// As [`InputFormat::load_other`], or points without faces.
+    /// Like [`InputFormat::load_other`], or points without faces.
     pub fn load_other_or_points(&self, path: &Path) -> rtfmesh::Result<Loaded> {
         let loaded = self.for_other_file(path).load_any(path, false)?.mesh_or_points();
         loaded.map_err(|error| error.in_file(input_name(path)))
@@ -142,7 +142,7 @@ impl<'a> Target<'a> {
         self.write_all(mesh, attributes, &[], quiet)
     }
 
-    /// As [`Target::write`], with further files: all or none.
+    /// Like [`Target::write`], with further files: all or none.
     ///
     /// # Errors
     /// As [`Target::write`].

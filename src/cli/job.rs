@@ -50,7 +50,7 @@ pub enum SurfaceSource<'a> {
 /// Notes on a mesh, in the order in which they come.
 #[derive(Default)]
 pub struct Notes<'a> {
-    /// Those for a report.
+    /// The notes for a report.
     pub list: Vec<String>,
     /// The file named in printed notes; nothing is printed if it is `None`.
     told: Option<&'a Path>,

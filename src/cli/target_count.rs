@@ -5,7 +5,7 @@ use super::job::Notes;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
 
-/// At most one of these; none means as many vertices as the input has.
+/// At most one of these; without any, the result has as many vertices as the input.
 #[derive(clap::Args)]
 #[command(next_help_heading = SIZE)]
 #[group(multiple = false)]

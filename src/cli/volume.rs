@@ -201,7 +201,7 @@ fn specks_note(specks: usize, which: &str) -> Option<String> {
     (specks > 0).then_some(text)
 }
 
-/// The warning that not all nodes were used, if so.
+/// The warning that not all nodes were used, if `step` is above 1.
 fn coarse_warning(step: usize) -> Vec<(WarningCode, String)> {
     let text = format!(
         "the surface is that of one in {step} values along each axis, to finish early: give more time for all"

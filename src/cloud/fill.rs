@@ -9,7 +9,7 @@ use crate::mesh::half_edges::{EdgeSet, EdgeTable, edge_key};
 use crate::mesh::{NONE, TriMesh};
 use crate::{ProgressToken, Result};
 
-/// Longer loops are divided into chains first, since the work grows with the third power.
+/// Loops longer than this are divided into chains first, since the work grows with the third power.
 const MOST: usize = 200;
 
 /// Fills all boundary loops no larger than `largest` across, in the mesh's unit; returns how many. The mesh
@@ -97,7 +97,7 @@ fn close(around: &[u32], at: &[DVec3], taken: &EdgeSet, added: &mut Vec<[u32; 3]
     triangulate(&rest, at, taken, added)
 }
 
-/// As [`close`] for few vertices.
+/// Like [`close`], for few vertices.
 fn triangulate(around: &[u32], at: &[DVec3], taken: &EdgeSet, added: &mut Vec<[u32; 3]>) -> bool {
     let count = around.len();
     let place = |k: usize| at[around[k] as usize];

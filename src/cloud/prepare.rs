@@ -9,7 +9,7 @@ use crate::mesh::{TriMesh, position_key};
 use crate::sites::morton::morton_order;
 use crate::{Error, Result};
 
-/// Fewer points make no surface.
+/// Fewer points than this make no surface.
 pub(super) const LEAST: usize = 10;
 
 /// Points in Morton order of the unit frame.

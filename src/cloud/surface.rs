@@ -153,7 +153,7 @@ pub fn surface(cloud: &PointCloud, options: &SurfaceOptions) -> Result<CloudSurf
     surface_with_progress(cloud, options, |_| {})
 }
 
-/// As [`surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+/// Like [`surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
 ///
 /// # Errors
 /// As [`surface`], and [`Error::Cancelled`] if `progress` asks for it.

@@ -70,8 +70,8 @@ pub fn survey(cloud: &PointCloud, progress: &ProgressToken) -> Result<CloudSurve
 }
 
 /// Normals of length 1 for the points of a cloud, of either sign: those of the planes through the 16 nearest
-/// points of each, or of the nearest point that is no outlier. [`crate::cloud::oriented_normals`] gives them
-/// signs.
+/// points of each, or of the nearest point that is not an outlier. [`crate::cloud::oriented_normals`] gives
+/// them signs.
 ///
 /// # Errors
 /// As [`survey`].
@@ -122,7 +122,7 @@ impl Survey<Option<f64>> {
         progress: &ProgressToken,
     ) -> Result<Self> {
         let spacing = median(neighbours.spacing.iter().copied());
-        // The other side of a thin sheet is no noise.
+        // The other side of a thin sheet is not noise.
         let shapes: Vec<Plane> = planes(&points.at, &points.normals, tree, COUNT, progress)?;
         let width = median(shapes.iter().map(|plane| plane.extents[1] / plane.extents[2]));
         let is_surface = width > LINE;

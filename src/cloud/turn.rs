@@ -26,7 +26,7 @@ const SOFT_SHARE: f64 = 0.2;
 const ENOUGH: f64 = 0.1;
 /// Rounds in which pieces are turned.
 const ROUNDS: usize = 4;
-/// Smaller pieces do not matter.
+/// Pieces with fewer points than this do not matter.
 const LEAST: usize = 8;
 
 /// Points with normals, and what area each stands for.

@@ -10,7 +10,7 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex};
 
-/// Least alignment of a buffer's memory, in bytes.
+/// Minimum alignment of a buffer's memory, in bytes.
 const ALIGNMENT: u64 = 16;
 
 /// `len` values of type `T` in device memory.
@@ -65,7 +65,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
         Self::of_windows(device, name, len)
     }
 
-    /// As [`Buffer::new`], but it may be larger than a kernel can be given: kernels get windows of it.
+    /// Like [`Buffer::new`], but it may be larger than a kernel can be given: kernels get windows of it.
     ///
     /// # Errors
     /// [`Error::OutOfMemory`] with the name, if it is larger than what is free.
@@ -144,7 +144,7 @@ impl<T> Buffer<T> {
     /// at multiples of 256 bytes.
     ///
     /// # Errors
-    /// [`Error::Internal`] if there are not so many.
+    /// [`Error::Internal`] if the buffer ends before that.
     pub fn window(&self, first: usize, len: usize) -> Result<Self> {
         if first + len > self.len {
             let name = self.raw.name();

@@ -128,8 +128,8 @@ impl DeviceOptions {
     }
 }
 
-/// Least number of vertices of a mesh that a CPU polishes as a device, where starting a kernel takes some 50
-/// µs.
+/// Minimum number of vertices of a mesh that a CPU polishes as a device, where starting a kernel takes some
+/// 50 µs.
 const LEAST_FOR_CPU: usize = 50_000;
 
 /// An open Vulkan device. Clones share it.

@@ -13,7 +13,7 @@ const UNMEASURED: f64 = 1e3;
 /// Most invocations of an indirect dispatch, whose number the host does not know: about half a second on a
 /// device as slow as that.
 const INDIRECT: usize = 1 << 19;
-/// Fewer invocations are neither measured, since timestamps take time, too, nor divided by time.
+/// Fewer invocations than this are neither measured, since timestamps take time, too, nor divided by time.
 const FEW: usize = 1 << 16;
 
 /// How many invocations a dispatch may have, by measured time or by number.

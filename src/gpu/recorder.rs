@@ -103,7 +103,7 @@ impl Recorder {
         Ok(this)
     }
 
-    /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
+    /// Runs `pipeline` on `threads` invocations. With zero threads, nothing is dispatched.
     ///
     /// # Errors
     /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and
@@ -280,7 +280,7 @@ impl Recorder {
         self.download_first(source, source.len())
     }
 
-    /// As [`Recorder::download`], of the first `len` values, or all if there are fewer.
+    /// Like [`Recorder::download`], for the first `len` values, or all if there are fewer.
     ///
     /// # Errors
     /// As [`Recorder::download`].

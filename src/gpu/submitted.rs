@@ -17,7 +17,7 @@ pub struct Submitted {
 }
 
 impl<T> Download<T> {
-    /// Of so many values in a staging buffer of the recorder.
+    /// Of this many values in a staging buffer of the recorder.
     pub(super) fn new(slot: usize, len: usize) -> Self {
         Self { slot, len, element: PhantomData }
     }

@@ -3,8 +3,8 @@
 use crate::grammar::counted;
 use crate::{Error, Result};
 
-/// Whether so many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed
-/// data, and parts that a file refers to again and again, can claim any amount.
+/// Whether this many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed
+/// data, and parts that a file refers to repeatedly, can claim any amount.
 pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
     expanded_bytes > file_bytes.saturating_mul(256).saturating_add(64 << 20)
 }
@@ -39,7 +39,7 @@ pub(crate) fn no_faces() -> Error {
     Error::input(None, "the file has no faces", remedy)
 }
 
-/// As [`check_counts`] for formats whose files may have points only.
+/// Like [`check_counts`], for formats whose files may have points only.
 pub(crate) fn check_vertex_count(vertices: u64) -> Result<()> {
     if vertices == 0 {
         return Err(Error::input(None, "the file has no vertices", "give a mesh with vertices and faces"));
@@ -123,7 +123,7 @@ pub(crate) fn excerpt(text: &str) -> String {
     short
 }
 
-/// As [`excerpt`], for bytes that need not be UTF-8.
+/// Like [`excerpt`], for bytes that need not be UTF-8.
 pub(crate) fn excerpt_of_bytes(word: &[u8]) -> String {
     excerpt(&String::from_utf8_lossy(word))
 }

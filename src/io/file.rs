@@ -20,7 +20,7 @@ pub fn write_text(path: impl AsRef<Path>, text: &str) -> Result<()> {
     write_bytes(path, text.as_bytes())
 }
 
-/// As [`write_text`], for any bytes.
+/// Like [`write_text`], for any bytes.
 ///
 /// # Errors
 ///

@@ -26,7 +26,7 @@ pub enum Format {
     Stl,
     /// Geomview's OFF, text.
     Off,
-    /// glTF 2.0 as JSON with its buffers inside or beside it; read only.
+    /// glTF 2.0 as JSON with its buffers inside or next to it; read only.
     Gltf,
     /// glTF 2.0 in one binary file, in 32-bit numbers relative to the mesh's own size.
     Glb,

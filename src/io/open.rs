@@ -10,7 +10,7 @@ use std::time::Instant;
 use super::checks::reserve;
 use crate::{Error, ProgressToken, Result};
 
-/// Most bytes that are read from a pipe, whose length is unknown.
+/// Maximum number of bytes that are read from a pipe, whose length is unknown.
 const MAX_PIPE_BYTES: u64 = 8 << 30;
 /// Bytes read at a time.
 const CHUNK: usize = 1 << 16;
@@ -46,7 +46,7 @@ pub(crate) fn read_file_bytes(path: &Path, patience: &Patience) -> Result<Vec<u8
     if is_pipe(kind) { read_named_pipe(path, patience) } else { read_regular_file(path) }
 }
 
-/// As [`read_file_bytes`], for a regular file only.
+/// Like [`read_file_bytes`], for a regular file only.
 pub(crate) fn read_regular_file(path: &Path) -> Result<Vec<u8>> {
     refuse_irregular(std::fs::metadata(path).map_err(unreadable)?.file_type())?;
     let file = open_at_once(path).map_err(unreadable)?;

@@ -87,7 +87,7 @@ impl Reader {
         self.read_any(path)?.mesh().map_err(|error| error.in_file(path))
     }
 
-    /// As [`Reader::read`], for a mesh, points or a volume.
+    /// Like [`Reader::read`], for a mesh, points or a volume.
     ///
     /// # Errors
     ///
@@ -103,7 +103,7 @@ impl Reader {
         decoded.map_err(|error| error.in_file(path))
     }
 
-    /// As [`Reader::read`], from the bytes of a file.
+    /// Like [`Reader::read`], from the bytes of a file.
     ///
     /// # Errors
     ///
@@ -112,7 +112,7 @@ impl Reader {
         self.read_any_bytes(bytes)?.mesh()
     }
 
-    /// As [`Reader::read_any`], from the bytes of a file.
+    /// Like [`Reader::read_any`], from the bytes of a file.
     ///
     /// # Errors
     ///

@@ -49,7 +49,7 @@ impl<'a> References<'a> {
     /// `most_bytes`.
     ///
     /// # Errors
-    /// [`Error::Input`]: it may not be read or does not exist, or is no regular file.
+    /// [`Error::Input`]: it may not be read or does not exist, or is not a regular file.
     pub fn read(&self, name: &str, most_bytes: u64) -> Result<Option<Rc<Vec<u8>>>> {
         let path = self.path_of(name)?;
         if let Some(known) = self.read.borrow().get(&path) {
@@ -65,7 +65,7 @@ impl<'a> References<'a> {
         Ok(Some(content))
     }
 
-    /// As [`References::read`], for a URI reference, whose special characters are percent-encoded.
+    /// Like [`References::read`], for a URI reference, whose special characters are percent-encoded.
     ///
     /// # Errors
     /// See there.
@@ -144,7 +144,7 @@ fn has_scheme(name: &str) -> bool {
     })
 }
 
-/// The media type of an image that its first bytes show; `None` for what is no image that glTF can have.
+/// The media type of an image, by its first bytes; `None` if glTF cannot have images of this type.
 pub(crate) fn image_type(bytes: &[u8]) -> Option<&'static str> {
     let kinds: [(&[u8], &str); 3] = [
         (b"\x89PNG\r\n\x1a\n", "image/png"),

@@ -151,7 +151,7 @@ impl Faces {
         self.polygons
     }
 
-    /// As [`split_note`].
+    /// Same as [`split_note`].
     pub(crate) fn split_note(&self) -> Option<String> {
         split_note(self.polygons)
     }

@@ -11,7 +11,7 @@ use crate::{ProgressToken, Result};
 const PASSES: u32 = 6;
 /// Weight of valences against cotangents.
 const VALENCE_WEIGHT: f64 = 1.0;
-/// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
+/// Minimum gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
 /// Cosine between two triangles above which a flip does not run into others.
 const SMOOTH: f64 = 0.9;

@@ -4,7 +4,7 @@ use super::star_mesh::StarMesh;
 use crate::mesh::intersections::intersecting_faces;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// Maximum number of times that operations are done again, with more vertices fixed.
+/// Maximum number of times that operations are repeated, each time with more vertices frozen.
 const TRIES: u32 = 4;
 
 /// Does operations on a mesh; looks for intersections after each, if it is to.
@@ -15,8 +15,8 @@ pub(super) struct Guard<'a> {
 }
 
 impl Guard<'_> {
-    /// Does what `operations` does. If more triangles intersect after it than before, it is undone, the
-    /// vertices there are frozen, and it is done anew; as a last resort, not at all.
+    /// Does what `operations` does. If more triangles intersect afterwards than before, this is undone and
+    /// repeated with the vertices there frozen; as a last resort, nothing is done.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].

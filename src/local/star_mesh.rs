@@ -148,7 +148,7 @@ impl StarMesh {
         self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
     }
 
-    /// As [`StarMesh::at_edge`] in no certain order, by way of the vertex with fewer triangles: some have
+    /// Like [`StarMesh::at_edge`], in no certain order, by way of the vertex with fewer triangles: some have
     /// thousands, as at the tips of long needles.
     pub fn at_edge_in_any_order(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
         let (few, many) =
@@ -308,7 +308,7 @@ impl StarMesh {
     }
 }
 
-/// The edges of some triangles, as [`StarMesh::edges`] has them.
+/// The edges of some triangles, as [`StarMesh::edges`] gives them.
 pub(super) fn edges_of(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<(u32, u32)> {
     let mut edges: Vec<(u32, u32)> =
         triangles.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| (a.min(b), a.max(b))).collect();

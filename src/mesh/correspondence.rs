@@ -80,7 +80,8 @@ pub fn find_correspondence(
     find_correspondence_by(None, input, repaired, output, request, progress)
 }
 
-/// As [`find_correspondence`], by a search over the repaired mesh in its unit frame; `None` makes a new one.
+/// Like [`find_correspondence`], by a search over the repaired mesh in its unit frame; `None` makes a new
+/// one.
 ///
 /// # Errors
 /// As [`find_correspondence`].
@@ -195,7 +196,7 @@ impl SurfaceSearch {
         self.origin.get(found as usize).copied().unwrap_or(found)
     }
 
-    /// As [`SurfaceSearch::find`], but by the search's own numbers.
+    /// Like [`SurfaceSearch::find`], but by the search's own numbers.
     fn find_own(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
         let faces_so = |t: u32| self.normals[t as usize].dot(point.normal) > 0.0;
         let same = self.bvh.closest_accepted(point.at, rank, faces_so);

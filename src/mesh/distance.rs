@@ -97,7 +97,7 @@ pub(crate) fn usual_samples(mesh: &TriMesh, reference: &TriMesh) -> usize {
     MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices)
 }
 
-/// As [`distances`], with `samples` samples on the edges and as many on the faces of either mesh.
+/// Like [`distances`], with `samples` samples on the edges and as many on the faces of either mesh.
 ///
 /// # Errors
 /// As [`distances_within`].
@@ -153,7 +153,7 @@ fn measure(
         let largest = one_sided(from, to, effort, progress)?;
         Ok::<_, Error>((rms(from, to, largest.upper)?, largest))
     };
-    // What one way has to do in order, the other does beside it.
+    // Each way has steps in order, and the two ways run in parallel.
     let (to, from) = rayon::join(|| one_way(mesh, reference), || one_way(reference, mesh));
     let ((rms_to, to), (rms_from, from)) = (to?, from?);
     let percent = 100.0 / diagonal;

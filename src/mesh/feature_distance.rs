@@ -26,11 +26,11 @@ pub struct FeatureDistances {
     pub length: f64,
     /// Length of the reference's features.
     pub reference_length: f64,
-    /// Those from the mesh's features to the reference's, such as edges that no edge of the reference
-    /// stands for; `None` if only the mesh has features.
+    /// Distances from the mesh's features to the reference's, such as those of edges that the reference
+    /// lacks; `None` if only the mesh has features.
     pub to_reference: Option<FeatureDistance>,
-    /// Those from the reference's features to the mesh's, such as features that the mesh has lost; `None` if
-    /// only the reference has features.
+    /// Distances from the reference's features to the mesh's, such as those of features that the mesh has
+    /// lost; `None` if only the reference has features.
     pub from_reference: Option<FeatureDistance>,
 }
 

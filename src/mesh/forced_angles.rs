@@ -14,7 +14,7 @@ use crate::TriMesh;
 const SHARE: f64 = 0.6;
 /// A vertex of a result is at a corner of the input if it is at most this many edge lengths away from it.
 const AT: f64 = 0.1;
-/// Least number of triangles around a vertex inside the surface.
+/// Minimum number of triangles around a vertex inside the surface.
 const AROUND: f64 = 3.0;
 /// Sides of triangles lower than this share of the diagonal say nothing of the shape: their normals are as
 /// much rounding of coordinates as the surface's.
@@ -28,8 +28,8 @@ pub(crate) struct ForcedAngles {
 }
 
 impl ForcedAngles {
-    /// Those of `surface` below `limit`. Edges are sharp where it turns by at least `feature_angle`. All are
-    /// in degrees. Panics if an index is out of range.
+    /// The angles below `limit` that `surface` forces. Edges are sharp where it turns by at least
+    /// `feature_angle`. All are in degrees. Panics if an index is out of range.
     pub fn of(surface: &TriMesh, limit: f64, feature_angle: f64) -> Self {
         let mut corners = sharp_corners(surface, limit, feature_angle);
         let mut around = vec![0.0; surface.vertices.len()];

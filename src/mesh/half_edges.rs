@@ -128,7 +128,7 @@ impl EdgeTable {
         self.half_edges.chunk_by(|a, b| a.ends() == b.ends())
     }
 
-    /// As [`EdgeTable::edges`], by all threads.
+    /// Like [`EdgeTable::edges`], by all threads.
     pub(crate) fn par_edges(&self) -> impl ParallelIterator<Item = &[HalfEdge]> {
         self.half_edges.par_chunk_by(|a, b| a.ends() == b.ends())
     }

@@ -31,7 +31,7 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
     intersecting_faces_by(mesh, None, progress)
 }
 
-/// As [`intersecting_faces`], with a hierarchy over the same triangles, if there is one; their vertices may
+/// Like [`intersecting_faces`], with a hierarchy over the same triangles, if there is one; their vertices may
 /// have been elsewhere when it was made.
 pub(crate) fn intersecting_faces_by(
     mesh: &TriMesh,
@@ -51,7 +51,7 @@ pub(crate) fn intersecting_faces_by(
     Ok(hits.faces())
 }
 
-/// As [`intersecting_faces`], if no faces but some of these pairs intersect.
+/// Like [`intersecting_faces`], if no faces but some of these pairs intersect.
 pub(crate) fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
     if pairs.is_empty() {
         return Vec::new();
@@ -208,7 +208,7 @@ fn vertex_sharing_intersect(v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> 
     !are_separated(v, first, second) && corners_intersect(v, first, second)
 }
 
-/// As [`vertex_sharing_intersect`], by exact predicates alone.
+/// Like [`vertex_sharing_intersect`], by exact predicates alone.
 fn corners_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
     let (first, second) = ([v, p, q], [v, r, s]);
     let first_sides = [side(second, p), side(second, q)];
@@ -345,7 +345,7 @@ mod tests {
             intersecting += usize::from(corners_intersect(v, [p, q], [r, s]));
         }
         assert!(separated > 2000 && intersecting > 2000, "{separated}, {intersecting}");
-        // Those of a fan that are not beside each other.
+        // Those of a fan that are not next to each other.
         let ring: Vec<DVec3> = (0..6)
             .map(|k| f64::from(k).to_radians() * 60.0)
             .map(|angle| DVec3::new(angle.cos(), angle.sin(), 0.2 * (3.0 * angle).sin()))

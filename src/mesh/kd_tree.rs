@@ -4,7 +4,7 @@ use glam::DVec3;
 
 /// Points in a leaf.
 const LEAF: usize = 8;
-/// Fewer points are split by one thread.
+/// Fewer points than this are split by one thread.
 const PARALLEL: usize = 4096;
 
 /// Where a node is halved: the axis, and the coordinate.
@@ -15,7 +15,7 @@ pub struct KdTree<'a> {
     points: &'a [DVec3],
     /// Indices; every range of a node is halved by the median of its widest axis.
     order: Vec<u32>,
-    /// Of a full tree: a node's own, those of its first half, and as many of the second.
+    /// The planes of a full tree: a node's own, those of its first half, and those of its second half.
     planes: Vec<Plane>,
 }
 

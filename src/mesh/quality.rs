@@ -90,8 +90,8 @@ pub(crate) fn smallest_angle(corners: [DVec3; 3]) -> f64 {
     extreme_cosines_of(corners)[0].acos().to_degrees()
 }
 
-/// As [`smallest_angle`] if it is below a limit, also in degrees; nearly all triangles are far from it, which
-/// their cosines tell.
+/// The [`smallest_angle`] if it is below a limit, also in degrees; nearly all triangles are far from it, as
+/// their cosines show.
 pub(crate) fn angle_below(corners: [DVec3; 3], limit: f64) -> Option<f64> {
     let least = cosine_clear_of(limit);
     if are_cosines_below(corners, least) {
@@ -110,7 +110,7 @@ pub(crate) fn cosine_clear_of(limit: f64) -> f64 {
 }
 
 /// Whether all angles are clearly below 90 degrees, and their cosines below `most`, as [`cosine_clear_of`]
-/// gives it. Nearly all triangles of a good mesh are so, which squares tell as for [`angle_below`].
+/// gives it. This holds for nearly all triangles of a good mesh, and squares show it, as in [`angle_below`].
 pub(crate) fn are_clearly_acute([a, b, c]: [DVec3; 3], most: f64) -> bool {
     let squares = [b.distance_squared(c), c.distance_squared(a), a.distance_squared(b)];
     let half_sum = 0.5 * (squares[0] + squares[1] + squares[2]);
@@ -193,7 +193,8 @@ struct Sums {
     theta: f64,
     below_30: usize,
     above_90: usize,
-    /// Of the edges' lengths less that of one of them, so that the spread is no difference of large numbers.
+    /// Of the edges' lengths less that of one of them, so that the spread is not a difference of large
+    /// numbers.
     excess: f64,
     excess_sq: f64,
 }

@@ -7,8 +7,8 @@ use crate::{ProgressToken, Result};
 use std::collections::HashMap;
 
 /// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides
-/// alike; `None` if there are none. The longest go first, and what would make more than `most` triangles is
-/// left as it is; so is an edge whose middle, rounded, is one of its ends.
+/// alike; `None` if there are no such edges. The longest go first. Edges stay as they are once there would be
+/// more than `most` triangles, or if their middle, rounded, is one of their ends.
 ///
 /// Vertices and the triangles without such edges keep their places; new ones follow.
 ///

@@ -26,9 +26,9 @@ pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3
     TriMesh { vertices: old.iter().map(|v| mesh.vertices[*v as usize]).collect(), triangles }
 }
 
-/// The triangles of these numbers as a mesh of their own, vertices in their old order. Takes time by their
-/// number, not by the size of the mesh, which may fall into thousands of components. Panics if an index is
-/// out of range.
+/// The triangles with these indices as a mesh of their own, vertices in their old order. The time depends on
+/// how many there are, not on the size of the mesh, which may have thousands of components. Panics if an
+/// index is out of range.
 pub(crate) fn extract(mesh: &TriMesh, triangles: &[u32]) -> TriMesh {
     let of = |t: &u32| mesh.triangles[*t as usize];
     let mut used: Vec<u32> = triangles.iter().flat_map(of).collect();

@@ -14,12 +14,13 @@ const LOW: f64 = 0.5;
 /// Triangles that are looked at on the way to the one below a point.
 const WALK: usize = 5;
 
-/// A hierarchy of boxes over the triangles of a mesh, and which of these are beside each other. Triangles are
-/// named by their ranks, as [`Bvh::leaf_order`] has them; searches begin at any.
+/// A hierarchy of boxes over the triangles of a mesh, with the neighbours of each triangle. Triangles are
+/// named by their ranks in [`Bvh::leaf_order`]; searches may begin at any.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceTree {
     pub bvh: Arc<Bvh>,
-    /// For each rank those of the triangles beside it, each across the side opposite a corner, or [`NONE`].
+    /// For each rank, those of the neighbouring triangles, each across the side opposite a corner, or
+    /// [`NONE`].
     beside: Vec<[u32; 3]>,
 }
 
@@ -36,7 +37,7 @@ impl SurfaceTree {
         Self { bvh: Arc::new(bvh), beside }
     }
 
-    /// As [`Bvh::refit`].
+    /// Same as [`Bvh::refit`].
     pub fn refit(&mut self, mesh: &TriMesh) {
         Arc::make_mut(&mut self.bvh).refit(mesh);
     }
@@ -57,7 +58,7 @@ impl SurfaceTree {
         below.or_else(|| self.bvh.closest_accepted(p, rank, accept))
     }
 
-    /// As [`SurfaceTree::closest_accepted`], among the triangles of one of these patches: as
+    /// Like [`SurfaceTree::closest_accepted`], among the triangles of one of these patches: as
     /// [`PatchTrees::closest`].
     pub fn closest_in_patch(
         &self,

@@ -7,7 +7,7 @@ use super::half_edges::{EdgeTable, HalfEdge, previous, twin_pair};
 use super::submesh::used_vertices;
 use super::{NONE, TriMesh};
 
-/// Fewer vertices are looked at by one thread.
+/// Fewer vertices than this are looked at by one thread.
 const FEW: usize = 4096;
 
 /// The topology of a mesh as its index list has it; positions play no part.
@@ -84,7 +84,7 @@ pub fn topology(mesh: &TriMesh) -> Topology {
 }
 
 /// [`topology`] of a mesh that is known to be a closed manifold, consistently oriented, with all vertices in
-/// use: its components are all that there is to count. Panics if a triangle's index is out of range.
+/// use: only its components need to be counted. Panics if a triangle's index is out of range.
 pub(crate) fn closed_topology(mesh: &TriMesh) -> Topology {
     let mut components = Partition::new(mesh.vertices.len());
     for &[a, b, c] in &mesh.triangles {
@@ -161,7 +161,7 @@ struct Connected {
 }
 
 impl Connected {
-    /// As [`Connected::new`] of a mesh that [`is_closed`].
+    /// Like [`Connected::new`], for a mesh that [`is_closed`].
     fn closed(mesh: &TriMesh, table: &EdgeTable) -> Self {
         let used = used_vertices(mesh.vertices.len(), &mesh.triangles);
         let mut components = Partition::new(mesh.vertices.len());
@@ -252,7 +252,7 @@ fn are_pairs(mesh: &TriMesh, table: &EdgeTable) -> bool {
     table.edges().all(|edge| edge.len() == 1 || twin_pair(&mesh.triangles, edge).is_some())
 }
 
-/// As [`split_vertices`] of any mesh: corners are joined across edges.
+/// Like [`split_vertices`], for any mesh: corners are joined across edges.
 fn split_vertices_of_any(mesh: &TriMesh, table: &EdgeTable) -> usize {
     let mut fans = Partition::new(3 * mesh.triangles.len());
     for edge in table.edges().filter(|edge| edge[0].ends().0 != edge[0].ends().1) {
@@ -268,8 +268,8 @@ fn split_vertices_of_any(mesh: &TriMesh, table: &EdgeTable) -> usize {
     fans_at.iter().filter(|&&count| count > 1).count()
 }
 
-/// As [`split_vertices`] of a mesh whose edges [`are_pairs`]: one fan is walked around, from any corner, or
-/// on the boundary from the first.
+/// Like [`split_vertices`], for a mesh whose edges [`are_pairs`]: one fan is walked around, from any corner,
+/// or on the boundary from the first.
 fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
     let twins = table.twins(&mesh.triangles);
     let mut corners_at = vec![(0u32, NONE); mesh.vertices.len()];

@@ -54,7 +54,7 @@ pub(super) fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
     ab.cross(ac).length_squared() <= SLIVER_SQ * longest_sq * longest_sq
 }
 
-/// The point of a triangle that is no sliver closest to `p`.
+/// The point closest to `p` of a triangle that is not a sliver.
 #[inline]
 pub(super) fn closest_on_regular(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;

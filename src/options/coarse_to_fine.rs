@@ -91,7 +91,7 @@ impl FeatureLines {
     ///
     /// # Errors
     /// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is
-    /// invalid, an element has fewer than two points, or there is none.
+    /// invalid, an element has fewer than two points, or there are no elements.
     pub fn read(file: impl AsRef<Path>) -> Result<Self> {
         let file = file.as_ref();
         Ok(Self { lines: read_feature_lines(file)?, file: Some(file.to_owned()) })

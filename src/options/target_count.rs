@@ -38,7 +38,7 @@ pub enum Size {
     Vertices(usize),
     /// The number of vertices at which the edges of an even mesh have this length, in input units; above 0.
     EdgeLength(f64),
-    /// As [`Size::EdgeLength`], as a fraction of the diagonal of the input's bounding box; above 0.
+    /// Like [`Size::EdgeLength`], as a fraction of the diagonal of the input's bounding box; above 0.
     RelativeEdgeLength(f64),
     /// This number times the input's vertices; above 0.
     Ratio(f64),
@@ -50,7 +50,7 @@ impl Size {
     /// Checks what can be checked without a mesh.
     ///
     /// # Errors
-    /// [`Error::Usage`] for a length or ratio that is no number above 0.
+    /// [`Error::Usage`] for a length or ratio that is not a number above 0.
     pub fn validate(self) -> Result<()> {
         let (name, value) = match self {
             Self::EdgeLength(value) | Self::RelativeEdgeLength(value) => ("edge length", value),

@@ -67,7 +67,7 @@ pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     encoded.map_err(|error| Error::Internal(format!("a picture could not be encoded: {error}")))
 }
 
-/// As [`png`], but returns red, green, blue and opacity of each pixel, row by row from the top left. A row
+/// Like [`png`], but returns red, green, blue and opacity of each pixel, row by row from the top left. A row
 /// spans all panels.
 ///
 /// # Errors

@@ -33,9 +33,9 @@ pub struct Discs<'a> {
 
 /// Faces longer than this many pixels are painted in parts, because a large face has no single depth.
 const LONGEST: f64 = 24.0;
-/// Most times that a face is halved.
+/// Maximum number of times that a face is halved.
 const MOST_HALVINGS: u32 = 16;
-/// Most parts of a line.
+/// Maximum number of parts of a line.
 const MOST_PARTS: f64 = 1000.0;
 const SURFACE: Colour = [128, 178, 230];
 const INSIDE: Colour = [205, 160, 120];

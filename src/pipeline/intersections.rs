@@ -35,7 +35,7 @@ pub(crate) fn intersecting_in_units(
     intersecting_faces(&in_units(mesh, frame), progress)
 }
 
-/// As [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size,
+/// Like [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size,
 /// and if it has the memory; `tree` is a hierarchy over the same triangles, if there is one.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {
 /// Faces of a result that intersect others.
 pub(crate) struct Intersections {
     pub count: usize,
-    /// Those of them that are not where faces of the input intersect others.
+    /// The faces that are not where faces of the input intersect others.
     pub new: Vec<u32>,
 }
 

@@ -73,8 +73,8 @@ pub(crate) struct WarningInput<'a> {
     pub shapes: Shapes<'a>,
 }
 
-/// That bodies of the input touch along faces, of which one of each pair is left. Both sides of a sheet alone
-/// leave no edge of more than two faces.
+/// The message that bodies of the input touch along faces, of which one of each pair is left. The two sides
+/// of a sheet alone leave no edge with more than two faces.
 fn touching_bodies(repaired: &RepairCounts, input: &Topology) -> Option<String> {
     let merged = repaired.opposite_faces_merged;
     let faces = counted(merged, ["face was", "faces were"]);

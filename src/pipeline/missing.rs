@@ -26,7 +26,7 @@ pub(crate) fn missing_vertices(
     far_vertices(surface, (result, under), MISSING, edges, progress)
 }
 
-/// The vertices of `surface` that are farther than `most` edges from `result`, likewise.
+/// Like [`missing_vertices`], for the vertices of `surface` that are farther than `most` edges from `result`.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

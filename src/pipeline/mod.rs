@@ -71,7 +71,7 @@ pub fn remesh(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Reme
     remesh_with_progress(device, mesh, options, |_| {})
 }
 
-/// As [`remesh`], calling `progress` several times a second on this thread, but more rarely if that is a
+/// Like [`remesh`], calling `progress` several times a second on this thread, but more rarely if that is a
 /// thread of a rayon pool. It may return nothing, or a [`Flow`] that says what to do next.
 ///
 /// # Errors
@@ -85,7 +85,7 @@ pub fn remesh_with_progress<F: Into<Flow>>(
     remesh_repaired(device, mesh, None, options, progress)
 }
 
-/// As [`remesh_with_progress`] for a mesh that may be repaired already, such as for
+/// Like [`remesh_with_progress`], for a mesh that may be repaired already, such as for
 /// [`crate::Size::vertices`]: `repaired` is what [`crate::mesh::repair::repair_with`] made of `mesh` with
 /// [`Options::repairs`].
 ///

@@ -53,7 +53,7 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
-    /// Whether the mesh has a fault for which it may be refused: slivers are none.
+    /// Whether the mesh has a fault for which it may be refused, other than slivers.
     pub fn is_refused(&self) -> bool {
         self.fault.as_ref().is_some_and(Fault::is_refused)
     }
@@ -78,14 +78,15 @@ pub(crate) struct Fault {
 /// Kinds of faults, from the least to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum FaultKind {
-    /// So many triangles have angles that a mesh should not have, and the input's shape has not. No reason to
-    /// refuse it.
+    /// This many triangles have angles that a mesh should not have and the input's shape does not have. Not a
+    /// reason to refuse the mesh.
     Slivers(usize),
-    /// So many faces intersect others where none of the input did.
+    /// This many faces intersect others where none of the input did.
     Intersections(usize),
     /// A part of the surface is left out.
     Missing,
-    /// A large share of the triangles has such angles or nearly such. No reason to refuse it, either.
+    /// A large fraction of the triangles has such angles or nearly such. Not a reason to refuse the mesh,
+    /// either.
     SliversAllOver,
     /// The topology differs from the input's.
     Topology,
@@ -117,7 +118,8 @@ pub(crate) fn slivers(mesh: &TriMesh, surface: &TriMesh, feature_angle: f64) -> 
 }
 
 impl Fault {
-    /// Whether a mesh may be refused for it. Slivers are no reason: the warning of small angles tells it.
+    /// Whether a mesh may be refused for it. Slivers are not a reason: the warning of small angles reports
+    /// them.
     pub fn is_refused(&self) -> bool {
         !matches!(self.kind, FaultKind::Slivers(_) | FaultKind::SliversAllOver)
     }

@@ -67,7 +67,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     preview_repaired(mesh, None, options)
 }
 
-/// As [`preview`] for a mesh that may be repaired already, as [`crate::remesh_repaired`].
+/// Like [`preview`], for a mesh that may be repaired already, like [`crate::remesh_repaired`].
 ///
 /// # Errors
 /// See there.

@@ -27,7 +27,7 @@ pub struct Remeshed {
     pub summary: Summary,
 }
 
-/// Figures of a run, as the report has them.
+/// Figures of a run, as in the report.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
 pub struct Summary {
@@ -116,7 +116,7 @@ pub struct FeatureSummary {
     pub curve_sites: usize,
     /// Length of the curves that are sharp edges, in the input's units.
     pub sharp_length: f64,
-    /// Sharp edges that are no features at this spacing; lengths in the input's units.
+    /// Sharp edges that are not features at this spacing; lengths in the input's units.
     pub discarded: Discarded,
 }
 

@@ -237,7 +237,7 @@ impl Shapes<'_> {
     }
 }
 
-/// The angles in degrees by which a mesh turns at its sharp edges beside some of its triangles.
+/// The angles in degrees by which a mesh turns at its sharp edges, for those at some of its triangles.
 fn turns(mesh: &TriMesh, feature_angle: f64, of: &dyn Fn(usize) -> bool) -> Vec<f64> {
     let least = feature_angle.to_radians().cos();
     let turn = |edge: &[HalfEdge]| {

@@ -32,9 +32,9 @@ pub struct SmallAngleSummary {
     pub vertices: usize,
     /// Triangles of the result with a smaller angle.
     pub left: usize,
-    /// Those of them where two sharp edges or boundaries meet at that angle.
+    /// Triangles among `left` where two sharp edges or boundaries meet at that angle.
     pub at_corners: usize,
-    /// Others of them with all vertices on such edges, as where these come close to each other.
+    /// Other triangles among `left` with all vertices on such edges, as where these come close to each other.
     pub between_curves: usize,
 }
 

@@ -9,13 +9,13 @@ use serde::Serialize;
 pub enum WarningCode {
     /// Sites of the preset got no face.
     LostFaces,
-    /// The preset supports closed manifolds only, and the input is none.
+    /// The preset supports closed manifolds only, and the input is not one.
     OpenInput,
     /// Faces were left open.
     UnfilledFaces,
     /// The result has another number of vertices than asked for.
     VertexCount,
-    /// The input is a closed manifold, and the result is none.
+    /// The input is a closed manifold, and the result is not.
     OpenResult,
     /// Components, handles or boundary loops differ.
     Topology,

@@ -34,7 +34,7 @@ pub struct MeshCache {
 pub(super) struct Ranks(Vec<usize>);
 
 impl Ranks {
-    /// So many of them; [`UNKNOWN`] where there are none.
+    /// This many ranks; [`UNKNOWN`] for those that no search has left.
     pub fn take(&mut self, count: usize) -> Vec<usize> {
         let mut ranks = std::mem::take(&mut self.0);
         ranks.resize(count, UNKNOWN);

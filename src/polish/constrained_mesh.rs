@@ -14,7 +14,7 @@ use crate::mesh::half_edges::{EdgeSet, edge_key};
 /// - `cache` belongs to the triangles and patches as they are; whoever changes these starts a new one. After
 ///   [`super::reduce_outliers`], only its tree is of use.
 ///
-/// Every pass leaves that so, and the topology as it was. If it is cancelled, arc lengths may be out of date.
+/// Every pass preserves this and the topology. If it is cancelled, arc lengths may be out of date.
 #[derive(Debug, Clone, Default)]
 pub struct ConstrainedMesh {
     /// The mesh.

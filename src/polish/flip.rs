@@ -10,16 +10,16 @@ use crate::mesh::triangle::doubled_normal;
 
 /// Least valence of a vertex that may lose an edge.
 const MIN_VALENCE: u32 = 4;
-/// Least cosine between the normal of a new triangle and that of the old pair.
+/// Minimum cosine between the normal of a new triangle and that of the old pair.
 const MIN_AGREEMENT: f64 = 0.5;
-/// Least cosine between the two new triangles, unless the old ones turned more sharply.
+/// Minimum cosine between the two new triangles, unless the old ones turned more sharply.
 const MIN_DIHEDRAL: f64 = 0.8;
 /// Cosine of the largest angle that a flip may create: about 127°.
 const MIN_COSINE: f64 = -0.6;
 /// Weight of vertices on curves in what valences gain: with two triangles on a straight side, one of them
 /// is obtuse.
 const WEIGHT_ON_CURVES: f64 = 2.0;
-/// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
+/// Minimum gain of a flip, so that rounding errors cannot flip an edge back and forth.
 pub(super) const MIN_GAIN: f64 = 1e-6;
 
 /// Flips edges where that is a gain, in a fixed order and in at most `sweeps` passes over all edges; returns

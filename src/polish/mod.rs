@@ -46,7 +46,7 @@ pub(crate) const FEW_ROUNDS: u32 = 4;
 const SWEEPS: u32 = 2;
 /// Last rounds, in which flips serve the angles alone.
 pub(crate) const ANGLE_ROUNDS: u32 = 3;
-/// Least cosine between two triangles whose edge between held vertices may be flipped.
+/// Minimum cosine between two triangles whose edge between held vertices may be flipped.
 const FLAT: f64 = 0.9;
 /// Passes over the worst triangles.
 const WORST_PASSES: u32 = 6;
@@ -100,7 +100,7 @@ pub fn polish(
     polish_beside(constrained, &[], target, options, progress)
 }
 
-/// As [`polish`], but vertices that are `held` stay, with the edges between them at which the mesh turns.
+/// Like [`polish`], but vertices that are `held` stay, with the edges between them at which the mesh turns.
 pub(crate) fn polish_beside(
     constrained: &mut ConstrainedMesh,
     held: &[bool],

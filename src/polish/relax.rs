@@ -11,7 +11,7 @@ use crate::mesh::triangle::doubled_normal;
 /// Step towards the mean of the neighbours, as a share of the distance. Above 1, since neighbours move in
 /// similar directions; on a regular mesh the limit of stability is 4/3.
 const STRIDE: f64 = 1.1;
-/// Least cosine between a triangle's normal and those of its vertices.
+/// Minimum cosine between a triangle's normal and those of its vertices.
 const MIN_AGREEMENT: f64 = 0.5;
 /// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a
 /// fifth.
@@ -22,7 +22,7 @@ const CLEARLY: f64 = 1.0 + 1e-9;
 const TINY: f64 = 1e-140;
 /// Times that the moves of single triangles are undone before all moves are.
 const REPAIRS: u32 = 8;
-/// Least number of vertices or triangles for a thread.
+/// Minimum number of vertices or triangles for a thread.
 pub(crate) const CHUNK: usize = 512;
 
 /// Moves all vertices that are not fixed by one step, and returns how many of these moves were undone because
@@ -129,7 +129,7 @@ pub(super) fn undo_bad_moves(
 }
 
 /// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat by a
-/// move. A triangle that was so before may stay so.
+/// move. A triangle that was turned or flat before may stay like that.
 pub(crate) fn folds_or_flattens(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
     if old == new {
         return false;

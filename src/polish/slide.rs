@@ -10,7 +10,7 @@ use crate::mesh::triangle::doubled_normal;
 
 /// Step towards the mean of the neighbours, as a share of the distance.
 const STRIDE: f64 = 1.0;
-/// Least distance to the next vertex on the curve, as a share of the arc length between the vertices before
+/// Minimum distance to the next vertex on the curve, as a share of the arc length between the vertices before
 /// and after.
 const LEAST_GAP: f64 = 0.3;
 /// Trial steps for the worst triangle, as shares of that arc length.
@@ -18,7 +18,7 @@ const TRIALS: [f64; 6] = [0.08, -0.08, 0.04, -0.04, 0.02, -0.02];
 /// Largest distance of the curve from the chords to the vertices before and after, as a share of that arc
 /// length.
 const MAX_DEVIATION: f64 = 0.01;
-/// Least gain of a move for the worst triangle, in its score.
+/// Minimum gain of a move for the worst triangle, in its score.
 const MIN_GAIN: f64 = 1e-4;
 
 /// A curve and the vertices that may slide along it.

@@ -46,7 +46,7 @@ impl Target {
         Self::with_twins(surface, &twins(&surface.triangles))
     }
 
-    /// As [`Target::new`], with the [`twins`] of the surface.
+    /// Like [`Target::new`], with the [`twins`] of the surface.
     pub(crate) fn with_twins(surface: &TriMesh, twins: &[u32]) -> Self {
         let corners = |t| surface.corners(t);
         let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| doubled_normal(corners(t))).collect();
@@ -103,7 +103,7 @@ impl Target {
         self.closest_with_normal(p, normal, patch, rank).map(|(point, _)| point)
     }
 
-    /// As [`Target::closest`], with the unit normal of the triangle that the point lies on.
+    /// Like [`Target::closest`], with the unit normal of the triangle that the point lies on.
     pub(super) fn closest_with_normal(
         &self,
         p: DVec3,

@@ -18,7 +18,7 @@ const DIRECTIONS: usize = 8;
 const FIRST_STEP: f64 = 0.16;
 /// Series of trials.
 const SERIES: u32 = 4;
-/// Least gain of a move in score: a hundredth of a degree.
+/// Minimum gain of a move in score: a hundredth of a degree.
 const MIN_GAIN: f64 = 1e-4;
 
 /// Moves vertices of bad triangles one by one, in index order, where that raises the lowest score around
@@ -99,8 +99,8 @@ fn ring_score(edges: impl IntoIterator<Item = [DVec3; 2]>, p: DVec3) -> f64 {
     edges.into_iter().map(|[q, r]| score([p, q, r])).fold(f64::INFINITY, f64::min)
 }
 
-/// As [`ring_score`], if it is above `least`. The edge of a triangle that is not comes first then, since the
-/// next position mostly fails by the same one.
+/// The [`ring_score`] if it is above `least`. Otherwise the edge of a triangle that is not above it is moved
+/// to the front, since the next position mostly fails by the same one.
 fn ring_score_above(edges: &mut [[DVec3; 2]], p: DVec3, least: f64) -> Option<f64> {
     let mut lowest = f64::INFINITY;
     for k in 0..edges.len() {

@@ -121,7 +121,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     rows
 }
 
-/// What became of sharp edges that are no features; nothing if there are none.
+/// What became of sharp edges that are not features; empty if there are none.
 pub fn discarded_rows(discarded: &Discarded) -> Vec<Row> {
     if *discarded == Discarded::default() {
         return Vec::new();

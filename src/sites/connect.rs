@@ -75,13 +75,13 @@ fn edges_of(fans: &Fans) -> HashSet<(u32, u32)> {
 #[derive(Default)]
 struct Faces {
     triangles: Vec<[u32; 3]>,
-    /// Those that are no triangles as their cycles of sites, each with the number of triangles before it.
+    /// Faces that are not triangles, as cycles of sites, each with the number of triangles before it.
     others: Vec<(usize, Vec<u32>)>,
 }
 
 impl Faces {
-    /// Those whose first directed edge leaves one of these sites. There are none beyond curves, nor at the
-    /// two sides of an edge without triangles.
+    /// The faces whose first directed edge leaves one of these sites. There are none beyond curves, nor at
+    /// the two sides of an edge without triangles.
     fn of(fans: &Fans, sites: Range<usize>) -> Self {
         let mut faces = Self::default();
         let mut face = Vec::new();

@@ -11,7 +11,7 @@ use crate::mesh::sizing::SizeField;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// Least distance, in spacings, of an interior site from a curve site. A closer one would lie inside the
+/// Minimum distance, in spacings, of an interior site from a curve site. A closer one would lie inside the
 /// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
 /// its boundary.
 const CLEARANCE: f64 = 0.6;

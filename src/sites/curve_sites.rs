@@ -24,7 +24,7 @@ const RAGGED_GAP: f64 = 0.05;
 /// Where more than two sheets meet, a bend may be this many times farther from the chord: borders of labels
 /// are round, and sites at all their bends would leave too few for the sheets.
 const AT_JUNCTIONS: f64 = 4.0;
-/// Fewer curves are counted by one thread.
+/// Fewer curves than this are counted by one thread.
 const FEW: usize = 256;
 
 /// A point on a curve.
@@ -178,7 +178,7 @@ fn arc_lengths(curve: &CurvePath, spacing: f64) -> Vec<f64> {
     arc_lengths
 }
 
-/// Number of segments between the [`arc_lengths`], in time that does not grow with it.
+/// Number of segments between the [`arc_lengths`], in constant time.
 fn segments(curve: &CurvePath, spacing: f64) -> usize {
     let mut count: usize = 0;
     for_each_stretch(curve, spacing, &mut |even| count = count.saturating_add(even.count));

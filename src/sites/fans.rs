@@ -82,8 +82,8 @@ impl Fans {
         self.is_open(from) && slot + 1 == self.start[from as usize + 1] as usize
     }
 
-    /// Only the edges that both ends list. Entries that are no site or the site itself, as those of the
-    /// bounding box of an unbounded face, are dropped too.
+    /// Only the edges that both ends list. Entries that are not a site, or are the site itself, such as those
+    /// of the bounding box of an unbounded face, are also removed.
     pub(crate) fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
         let parts = par_map_chunks(self.len(), |range| {

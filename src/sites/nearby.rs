@@ -5,7 +5,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Fewer points are looked at by one thread.
+/// Fewer points than this are looked at by one thread.
 const FEW: usize = 1024;
 
 /// For each of `vertices` vertices of a surface one of the sites, which stand on the triangles `under`: one

@@ -27,7 +27,7 @@ pub struct IntersectingPairs {
 impl IntersectingPairs {
     /// Bytes on the device for each triangle of a closed mesh: corners, positions, tree and pairs.
     pub const BYTES: usize = 12 + 8 + 11 + 1;
-    /// Those of the largest buffer.
+    /// Bytes of the largest buffer for each triangle.
     pub const LARGEST_BYTES: usize = 12;
     /// Coordinates may be off by this at most: the boxes of the tree have a margin of three times as much,
     /// which f32 needs a part of.

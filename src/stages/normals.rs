@@ -11,7 +11,7 @@ pub struct PlaneFit {
     pipeline: Pipeline<plane_fit::Shader>,
     /// Unit normals on the surface's side, w = 0.
     pub normals: Buffer<Vec4>,
-    /// Flags ([`crate::stages::flags`]), begun anew.
+    /// Flags ([`crate::stages::flags`]); this kernel overwrites those of the last iteration.
     pub flags: Buffer<u32>,
     k: u32,
 }

@@ -39,7 +39,7 @@ impl TriangleRecords {
         Self::with_twins(device, surface, curves, twins(&surface.triangles))
     }
 
-    /// As [`TriangleRecords::new`], with the [`twins`] of the surface.
+    /// Like [`TriangleRecords::new`], with the [`twins`] of the surface.
     pub(crate) fn with_twins(
         device: &Device,
         surface: &Surface,

@@ -98,7 +98,7 @@ pub fn iso_surface(volume: &Volume, options: &IsoOptions) -> Result<IsoSurface> 
     iso_surface_with_progress(volume, options, |_| {})
 }
 
-/// As [`iso_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+/// Like [`iso_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
 ///
 /// # Errors
 /// As [`iso_surface`], and [`Error::Cancelled`] if `progress` asks for it.

@@ -1,4 +1,4 @@
-//! Specks: components so small beside the largest that they are noise in the values.
+//! Specks: components so small compared with the largest that they are noise in the values.
 
 use glam::DVec3;
 

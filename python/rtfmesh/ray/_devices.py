@@ -84,7 +84,7 @@ def vulkan_device(assigned: str, devices: Sequence[dict[str, Any]], smi: str | N
 
 
 def limit_threads(cores: float) -> None:
-    """Leaves this process so many cores, for lavapipe and for work beside the device.
+    """Leaves this process this many cores, for lavapipe and for work next to the device.
 
     To be called before a device opens: both start their threads once.
     """

@@ -139,7 +139,7 @@ def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_si
 
 
 def usual_batch(meshes: int) -> int:
-    """How many meshes a batch has in a list of so many."""
+    """How many meshes a batch has in a list of this many."""
     return max(BATCH, -(-meshes // BATCHES))
 
 

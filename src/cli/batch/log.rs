@@ -138,8 +138,8 @@ pub struct Log {
 }
 
 impl Log {
-    /// Opens the log, or begins one, and reads what it has; lines that are no entries, such as the last one
-    /// of a batch that was killed, count for nothing.
+    /// Opens the log, or begins one, and reads its entries. Lines that are not entries, such as the last one
+    /// of a batch that was killed, are ignored.
     ///
     /// # Errors
     /// [`Error::Output`] if it cannot be read or written.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// A row, of the line with the same names; `options` are left out, which are no single value.
+/// A row, from the line of the log with the same names, without `options`, which are not a single value.
 #[derive(Serialize, Deserialize)]
 struct Row {
     #[serde(serialize_with = "cell")]

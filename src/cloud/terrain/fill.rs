@@ -90,7 +90,7 @@ fn distances(size: [usize; 2], from: &[bool]) -> Vec<u32> {
     steps
 }
 
-/// Gives each gap the height of a cell beside it, from its edge inward.
+/// Gives each gap the height of a cell next to it, from its edge inward.
 fn spread(size: [usize; 2], heights: &mut [f64], gaps: &[usize]) {
     let mut is_gap = vec![false; heights.len()];
     gaps.iter().for_each(|cell| is_gap[*cell] = true);

@@ -84,7 +84,7 @@ impl Heights {
         Ok(Tilted { values: all.into_iter().map(|(value, _, _)| value).collect(), used, noise })
     }
 
-    /// The slope at a cell, from the cells beside it that go on from it.
+    /// The slope at a cell, from the neighbouring cells that continue it.
     fn slope(&self, cells: &Cells, cell: usize) -> DVec2 {
         let own = self.values[cell];
         let beside = cells.beside(cell);

@@ -26,12 +26,12 @@ const KEPT: [f64; 7] = [2.0, 6.0, 8.0, 9.0, 10.0, 11.0, 17.0];
 const NOISE: [f64; 2] = [7.0, 18.0];
 /// At least this share of the points must be ground or buildings for classes to be used.
 const CLASSIFIED: f64 = 0.02;
-/// Points seen from above are no higher than this share of their width.
+/// Points seen from above are at most as high as this fraction of their width.
 const FLAT: f64 = 0.35;
-/// So large is the share of points in cells with several heights, where points seen from above have trees
-/// or roofs among them. With less they are a plain surface; with more, an object or an upright one.
+/// The fraction of points in cells with several heights, if points seen from above show trees or roofs. With
+/// less they are a plain surface; with more, an object or an upright surface.
 const SEVERAL: std::ops::Range<f64> = 0.02..0.5;
-/// Fewer points are no landscape.
+/// Fewer points than this are not a landscape.
 const LEAST: usize = 1000;
 /// Components have the room of at least this many points.
 const LEAST_POINTS: f64 = 30.0;

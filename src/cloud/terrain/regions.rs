@@ -1,4 +1,4 @@
-//! What is no ground and no roof, where points have no classes: regions of cells whose heights go on from
+//! What is neither ground nor roof, where points have no classes: regions of cells whose heights continue
 //! each other, but that are small or rough.
 
 use rayon::prelude::*;
@@ -114,7 +114,7 @@ impl Regions {
         all
     }
 
-    /// Whether a cell has a height that is no surface's.
+    /// Whether the height of a cell belongs to no surface.
     fn is_out(&self, cell: usize) -> bool {
         let own = self.of[cell] as usize;
         let [rough, of] = self.rough[own];

@@ -32,7 +32,7 @@ pub(crate) enum Content<'a> {
     InFile(&'a [u8]),
     /// Decoded from text.
     Own(Vec<u8>),
-    /// Those of another file, which several buffers may share.
+    /// The bytes of another file, which several buffers may share.
     OtherFile(Rc<Vec<u8>>),
 }
 

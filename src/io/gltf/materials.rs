@@ -15,7 +15,7 @@ use crate::io::references::image_type;
 use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 
-/// Most bytes of all images together.
+/// Maximum number of bytes of all images together.
 const MAX_IMAGE_BYTES: u64 = 256 << 20;
 
 /// The properties of a material that are read.

@@ -14,7 +14,7 @@ use crate::io::loaded::Loaded;
 use crate::mesh::attributes::{Attributes, Influences};
 use crate::{Error, Result, TriMesh};
 
-/// Most bytes that a vertex or a triangle takes with its attributes.
+/// Maximum number of bytes that a vertex or a triangle takes with its attributes.
 const VERTEX_BYTES: usize = 24 + 64 + 48;
 const TRIANGLE_BYTES: usize = 12 + 48 + 8;
 const TRIANGLES: u32 = 4;

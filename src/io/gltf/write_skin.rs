@@ -6,10 +6,11 @@ use serde_json::{Value, json};
 use super::write::{BufferBuilder, NodeTransform};
 use crate::mesh::attributes::{Animation, Bone, Influences, Skeleton, Skin, Track};
 
-/// Most bytes of a bone in JSON without its name: the numbers of a matrix, keys, and the number of a child.
+/// Maximum number of bytes of a bone in JSON without its name: the numbers of a matrix, keys, and the number
+/// of a child.
 const BONE_BYTES: usize = 600;
 const CHANNEL_BYTES: usize = 200;
-/// Most bytes of an accessor in JSON with its buffer view.
+/// Maximum number of bytes of an accessor in JSON with its buffer view.
 const ACCESSOR_BYTES: usize = 300;
 
 /// Bytes of the influences on a vertex.

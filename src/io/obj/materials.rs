@@ -13,13 +13,13 @@ use crate::io::references::{References, image_type};
 use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 
-/// Most bytes of all pictures together.
+/// Maximum number of bytes of all pictures together.
 const MAX_IMAGE_BYTES: u64 = 256 << 20;
-/// Most bytes of a library.
+/// Maximum number of bytes of a library.
 const MAX_LIBRARY_BYTES: u64 = 16 << 20;
-/// Most libraries that are read.
+/// Maximum number of libraries that are read.
 const MOST_LIBRARIES: usize = 64;
-/// Most pictures that are read.
+/// Maximum number of pictures that are read.
 const MOST_IMAGES: usize = 4096;
 /// glTF's number for a texture that does not repeat.
 const CLAMP: u32 = 33071;
@@ -283,7 +283,7 @@ impl Maker<'_> {
         if self.materials.images.len() >= MOST_IMAGES {
             return leave_out("there are too many");
         }
-        // Absolute paths are those of another machine: what lies beside the library is meant.
+        // Absolute paths are those of another machine: the file next to the library is meant.
         let named = self.references.read(&format!("{}{}", picture.folder, picture.name), left);
         let read = match named {
             Err(Error::Input { .. }) if own_name != picture.name => {

@@ -12,7 +12,7 @@ use crate::io::loaded::Loaded;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
-/// Least bytes that a point takes in memory.
+/// Minimum number of bytes that a point takes in memory.
 const POINT_BYTES: u64 = 24;
 
 /// Whether a file begins as E57 files do.

@@ -13,7 +13,7 @@ use crate::io::text::{number, unsigned_integer, words};
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
-/// Most numbers of a point.
+/// Maximum number of numbers of a point.
 const MOST_FIELDS: usize = 256;
 
 /// Whether a file begins as PCD files do.

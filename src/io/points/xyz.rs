@@ -13,7 +13,7 @@ use crate::{Error, Result};
 
 /// Lines by which columns without names are told.
 const TELLING: usize = 100;
-/// Most columns.
+/// Maximum number of columns.
 const MOST_COLUMNS: usize = 64;
 /// Lengths of normals in files differ from 1 by less.
 const LENGTH: f64 = 0.02;

@@ -16,7 +16,7 @@ use crate::io::text::number;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
-/// Longer headers are no headers.
+/// Maximum number of bytes of a header.
 const LONGEST_HEADER: usize = 1 << 20;
 
 /// Whether a file begins as NRRD does.

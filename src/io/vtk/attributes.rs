@@ -14,10 +14,11 @@ use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 /// point differ. VTK itself has them for points alone.
 pub(super) const CORNER_UV: &str = "corner_texture_coordinates";
 
-/// The names that programs give to normals and texture coordinates, in lower case.
+/// The names that programs give to normals, in lower case.
 const NORMAL_NAMES: [&str; 2] = ["normals", "normal"];
+/// The names that programs give to texture coordinates, in lower case.
 const TEXTURE_NAMES: [&str; 4] = ["texture coordinates", "tcoords", "texturecoordinates", "uv"];
-/// Those of colours.
+/// The names that programs give to colours, in lower case.
 const COLOUR_NAMES: [&str; 7] = ["colour", "color", "colours", "colors", "rgb", "rgba", "rgbcolor"];
 
 /// Which point and which cell each vertex and triangle of the mesh is.

@@ -49,7 +49,7 @@ impl CellSet<'_> {
     /// Calls `visit` with the number, type and corners of each cell that is read.
     ///
     /// # Errors
-    /// [`Error::Input`]: the list is too short or an index is no whole number; what `visit` returns.
+    /// [`Error::Input`]: the list is too short or an index is not a whole number; what `visit` returns.
     pub fn for_each(&self, mut visit: impl FnMut(usize, u8, &[u64]) -> Result<()>) -> Result<()> {
         let Some(lists) = &self.corners else { return Ok(()) };
         let (mut at, mut corners) = (0, Vec::new());
@@ -104,7 +104,7 @@ pub(super) enum Shape {
     /// Nothing, a point or a line.
     None,
     Polygon,
-    /// A polygon of the first so many corners; the others are on its edges and inside.
+    /// A polygon of the first corners, this many; the others are on its edges and inside.
     Curved(usize),
     /// A rectangle whose corners are in the order of rows.
     Pixel,

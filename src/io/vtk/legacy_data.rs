@@ -28,7 +28,8 @@ impl<'a> Cursor<'a> {
         self.place_of(self.at)
     }
 
-    /// As [`Cursor::place`], of another byte. Lines are counted for it, so it is for errors and notes only.
+    /// Like [`Cursor::place`], for another byte. Lines are counted for it, so it is for errors and notes
+    /// only.
     pub fn place_of(&self, at: usize) -> String {
         if self.is_binary {
             return format!("byte {at}");
@@ -133,7 +134,7 @@ impl<'a> Cursor<'a> {
         Ok(own)
     }
 
-    /// So many numbers of a type. `None` for text, which is passed, as are numbers of unknown types.
+    /// This many numbers of a type; `None` for text, which is skipped. An unknown type is an error.
     pub fn values(
         &mut self,
         type_name: &[u8],

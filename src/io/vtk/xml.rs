@@ -104,7 +104,7 @@ fn attribute<'t>(tag: &'t BytesStart, name: &str) -> Option<Cow<'t, str>> {
     Some(plain.unwrap_or(found.value))
 }
 
-/// The kind of file that begins so; `None` if this is no XML of VTK.
+/// The kind of file that begins with these bytes; `None` if it is not VTK's XML.
 pub(crate) fn kind_of(bytes: &[u8]) -> Option<std::result::Result<FileKind, String>> {
     let start = bytes.trim_ascii_start();
     if !start.starts_with(b"<?xml") && !start.starts_with(b"<VTKFile") && !start.starts_with(b"<!--") {
@@ -155,7 +155,7 @@ struct Walk<'a> {
 /// Reads the elements of a file.
 ///
 /// # Errors
-/// [`Error::Input`] with the byte: this is no XML, or none of VTK; data of another kind.
+/// [`Error::Input`] with the byte: this is not XML, or not VTK's; data of another kind.
 pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut reader = Reader::from_reader(bytes);

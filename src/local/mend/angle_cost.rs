@@ -10,12 +10,12 @@ use crate::local::star_mesh::StarMesh;
 const NARROW: f64 = 40.0;
 /// Angles above this, in degrees, cost something.
 const WIDE: f64 = 90.0;
-/// Of an angle of 180 degrees.
+/// Cost of an angle of 180 degrees.
 const COST_OF_WIDE: f64 = 1.0;
-/// Of an angle below the least one, besides.
+/// Additional cost of an angle below the least one.
 const COST_OF_SMALL: f64 = 0.1;
 
-/// Of an angle above [`WIDE`], besides, if these are mended.
+/// Additional cost of an angle above [`WIDE`], if these are mended.
 const COST_OF_OBTUSE: f64 = 0.02;
 
 /// What angles cost, and the least one that triangles are to have.

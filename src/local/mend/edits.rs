@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 
 /// Rounds of flips and moves after an edit.
 const ROUNDS: u32 = 4;
-/// Least gain of a flip.
+/// Minimum gain of a flip.
 const MIN_GAIN: f64 = 1e-4;
 /// No edge shorter than this is made, in spacings.
 const SHORTEST: f64 = 0.12;

@@ -27,7 +27,7 @@ use edits::Edit;
 use nearby::Nearby;
 use rayon::prelude::*;
 
-/// Least gain of an edit.
+/// Minimum gain of an edit.
 const MIN_GAIN: f64 = 0.01;
 /// What another vertex costs, since one goes elsewhere for it.
 const COST_OF_VERTEX: f64 = 0.04;
@@ -36,9 +36,8 @@ const COST_OF_VERTEX: f64 = 0.04;
 const MOST_ADDED: [f64; 2] = [0.1, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
-/// No more triangles are tried once more than this many, with one for each edit and
-/// [`IN_VAIN_PER_VERTEX`] for each vertex added, were tried in vain: then the surface has more details than
-/// the mesh has vertices for.
+/// No more triangles are tried once more than this many were tried in vain, plus one for each edit and
+/// [`IN_VAIN_PER_VERTEX`] for each vertex: then the surface has more details than the mesh has vertices for.
 const IN_VAIN: usize = 20;
 /// Triangles that may be tried in vain for each vertex of the mesh, in addition to [`IN_VAIN`].
 const IN_VAIN_PER_VERTEX: f64 = 0.02;

@@ -13,13 +13,13 @@ const FIRST_STEP: f64 = 0.24;
 const SERIES: u32 = 4;
 /// Trial steps along a curve, as shares of the distance to the next vertex that way.
 const SLIDES: [f64; 5] = [0.4, 0.2, 0.1, 0.05, 0.025];
-/// Least gain of a move.
+/// Minimum gain of a move.
 const MIN_GAIN: f64 = 1e-5;
 /// Below this share of the lengths of its normals, a vertex is at the tip of a needle and stays.
 const TIP: f64 = 0.3;
 
 impl Mending<'_> {
-    /// Moves every vertex once that is not frozen and has bad angles around it; returns how many moved.
+    /// Moves every vertex that is not frozen and has bad angles around it once; returns how many moved.
     pub fn smooth(&self, mesh: &mut StarMesh) -> usize {
         let mut moves = 0;
         for v in 0..mesh.points.len() as u32 {

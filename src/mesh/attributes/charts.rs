@@ -1,8 +1,8 @@
 //! Texture coordinates for the corners of new triangles, each triangle in one chart of the old texture.
 //!
-//! The chart of a new triangle is what hangs together, without a seam, with the old triangle under its centre
-//! and is not farther than its corners. That it is no more than this keeps the two sides of a seam apart that
-//! belong to one piece of texture, as on a cylinder that is cut open once.
+//! The chart of a new triangle is what is connected, without a seam, to the old triangle under its centre and
+//! is not farther away than its corners. This limit keeps the two sides of a seam apart if they belong to one
+//! piece of texture, as on a cylinder that is cut open once.
 
 use glam::DVec3;
 
@@ -16,12 +16,12 @@ use crate::mesh::half_edges::{next, twins};
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use rayon::prelude::*;
 
-/// How much farther than the corners of a face its chart is looked at.
+/// How far the chart of a face is searched, relative to the distance of its corners.
 const REACH: f64 = 1.25;
-/// Twice the area of a triangle over its longest side squared, below which its plane says nothing about what
-/// is beside it.
+/// Twice the area of a triangle over its longest side squared, below which its plane says nothing about its
+/// surroundings.
 const THIN: f64 = 1e-3;
-/// A texture is not extended farther beside a triangle than this many times its size.
+/// A texture is not extended beyond a triangle by more than this many times its size.
 const FARTHEST: f64 = 1e3;
 
 /// The texture of a mesh, ready to be asked.

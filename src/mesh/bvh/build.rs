@@ -11,9 +11,10 @@ use super::{Aabb, LEAF_SIZE, MAX_HEURISTIC_DEPTH, Node, PARALLEL_SIZE};
 
 /// Places along an axis at which a cut is considered, plus one.
 const BINS: usize = 16;
-/// Most triangles in a leaf of a tree by their order, which is soon made, and searched a few times only.
+/// Maximum number of triangles in a leaf of a tree by their order, which is soon made, and searched a few
+/// times only.
 const LARGE_LEAF: usize = 16;
-/// Of so few triangles, all cuts along an axis are considered.
+/// With at most this many triangles, all cuts along an axis are considered.
 const FEW: usize = 8;
 
 /// The nodes over these triangles, without boxes, and the triangles in the order of the leaves. `bounds`
@@ -181,7 +182,7 @@ impl Subtree {
         self.children(half, halves)
     }
 
-    /// As [`Subtree::split`] at the best of all cuts along an axis.
+    /// Like [`Subtree::split`] at the best of all cuts along an axis.
     fn split_few(self, items: &mut [Item], axis: usize) -> (Self, Self) {
         items.sort_unstable_by(|a, b| by_centre(a, b, axis));
         let count = items.len();

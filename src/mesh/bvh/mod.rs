@@ -17,7 +17,7 @@ const LEAF_SIZE: usize = 2;
 const MAX_HEURISTIC_DEPTH: usize = 48;
 /// The heuristic's depth and one level for each halving of at most 2^32 triangles.
 const STACK: usize = MAX_HEURISTIC_DEPTH + 40;
-/// Fewer triangles are done by one thread.
+/// Fewer triangles than this are done by one thread.
 const PARALLEL_SIZE: usize = 1 << 11;
 /// Boxes are pruned only beyond the best distance by this factor, since both distances are rounded.
 const SLACK: f64 = 1.0 + 1e-12;
@@ -176,7 +176,7 @@ impl Bvh {
         bvh
     }
 
-    /// As [`Bvh::new`], of triangles that follow each other in space as they do in the mesh. It takes a
+    /// Like [`Bvh::new`], for triangles that follow each other in space as they do in the mesh. It takes a
     /// quarter of the time, and a search takes longer the farther they are from such an order.
     pub fn in_order(mesh: &TriMesh) -> Self {
         let count = mesh.triangles.len();
@@ -186,7 +186,7 @@ impl Bvh {
         bvh
     }
 
-    /// Takes the places of the vertices anew, which have moved since, but not far: the tree stays as it is.
+    /// Updates the positions of the vertices, which have moved but not far: the tree keeps its structure.
     /// Panics if the mesh has another number of triangles.
     pub fn refit(&mut self, mesh: &TriMesh) {
         let Self { nodes, order, triangles } = self;
@@ -220,14 +220,14 @@ impl Bvh {
         self.closest_from(p, &mut rank)
     }
 
-    /// As [`Bvh::closest`], but looks at the triangle at `rank` of [`Bvh::leaf_order`] first, which saves
+    /// Like [`Bvh::closest`], but looks at the triangle at `rank` of [`Bvh::leaf_order`] first, which saves
     /// most of the work if that one is near, and stores the rank of the one found. A `rank` out of range
     /// counts as 0.
     pub fn closest_from(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
         self.closest_accepted(p, rank, |_| true)
     }
 
-    /// As [`Bvh::closest_from`], but stops at the triangle at `rank` if its squared distance from `p`
+    /// Like [`Bvh::closest_from`], but stops at the triangle at `rank` if its squared distance from `p`
     /// is at most `enough`.
     pub fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
         self.closest_at(*rank, p)
@@ -242,7 +242,7 @@ impl Bvh {
         (found.distance_sq > enough).then_some(found.distance_sq)
     }
 
-    /// As [`Bvh::closest_from`] among the triangles that `accept` holds for; `None` if there is none.
+    /// Like [`Bvh::closest_from`], among the triangles that `accept` holds for; `None` if there is none.
     pub fn closest_accepted(
         &self,
         p: DVec3,
@@ -252,7 +252,7 @@ impl Bvh {
         self.search(p, rank, accept, -1.0)
     }
 
-    /// As [`Bvh::closest_accepted`], up to the first triangle whose squared distance is at most `enough`.
+    /// Like [`Bvh::closest_accepted`], up to the first triangle whose squared distance is at most `enough`.
     fn search(
         &self,
         p: DVec3,
@@ -263,7 +263,7 @@ impl Bvh {
         self.search_tree(WholeTree(&self.nodes), p, rank, accept, enough)
     }
 
-    /// As [`Bvh::search`], in a tree over all of the triangles or some of them.
+    /// Like [`Bvh::search`], in a tree over all of the triangles or some of them.
     fn search_tree(
         &self,
         tree: impl Tree,
@@ -364,7 +364,7 @@ impl Bvh {
         self.overlapping_ranks(bounds, |rank| visit(self.order[rank]));
     }
 
-    /// As [`Bvh::overlapping`], with the triangles' corners.
+    /// Like [`Bvh::overlapping`], with the triangles' corners.
     pub fn overlapping_corners(&self, bounds: &Aabb, mut visit: impl FnMut([DVec3; 3])) {
         self.overlapping_ranks(bounds, |rank| visit(self.triangles[rank].at));
     }

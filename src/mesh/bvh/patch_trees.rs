@@ -66,8 +66,8 @@ impl PatchTrees {
         Self { trees: (0..count as u32).into_par_iter().map(tree).collect() }
     }
 
-    /// As [`Bvh::closest_accepted`], among the triangles of a patch that `accept` holds for. It must hold for
-    /// none whose normal makes no acute angle with `direction`.
+    /// Like [`Bvh::closest_accepted`], among the triangles of a patch that `accept` holds for. It must hold
+    /// for none whose normal makes no acute angle with `direction`.
     pub fn closest(
         &self,
         bvh: &Bvh,
@@ -136,7 +136,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use std::cell::Cell;
 
-    /// The hierarchy of a sample with its normals and patches: so many slices along an axis.
+    /// The hierarchy of a sample with its normals and patches: this many slices along an axis.
     fn sliced(name: &str, slices: u32) -> (Bvh, Vec<DVec3>, Vec<u32>) {
         let surface = sample(name).unwrap_or_default();
         let bvh = Bvh::new(&surface);

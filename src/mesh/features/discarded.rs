@@ -1,4 +1,4 @@
-//! What became of sharp edges that are no features at the spacing asked for.
+//! What became of sharp edges that are not features at the spacing asked for.
 
 use serde::Serialize;
 

@@ -1,10 +1,10 @@
 //! Tells edges of a curved surface that is sampled coarsely from creases.
 //!
 //! The facets of a cylinder with eight sides turn by 45 degrees at each edge, as creases do. Where they are
-//! wide beside the output's edges, both readings give good triangles, and creases are kept: an icosahedron is
-//! one. Where they are narrower, no good triangles fit between the creases, and what tells is the row: beyond
-//! a facet on either side, the surface goes on turning the same way. At the edge of a chamfer or a stair it
-//! does not.
+//! wide compared with the output's edges, both readings give good triangles, and creases are kept: an
+//! icosahedron is one. Where they are narrower, no good triangles fit between the creases, and what tells is
+//! the row: beyond a facet on either side, the surface goes on turning the same way. At the edge of a chamfer
+//! or a stair it does not.
 //!
 //! Long triangles side by side that turn to and fro are a ruled surface whose quads were cut along the wrong
 //! diagonals. The flanks of a stair or a thread, which do so too, have two triangles each.

@@ -27,7 +27,7 @@ pub(super) struct FeatureSurface<'a> {
     pub(super) twins: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
-    /// Pairs of half-edges on one edge that are no twins; together they connect all half-edges of such an
+    /// Pairs of half-edges on one edge that are not twins; together they connect all half-edges of such an
     /// edge.
     pub(super) joined: Vec<[u32; 2]>,
     /// Whether a half-edge is on a fixed edge.
@@ -121,7 +121,7 @@ pub(super) fn degrees_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Gives each needle the normal of the first triangle that is none, walking across longest edges.
+/// Gives each needle the normal of the first triangle that is not a needle, walking across longest edges.
 fn borrow_normals(
     points: &[DVec3],
     triangles: &[[u32; 3]],

@@ -4,7 +4,7 @@ use super::SPREAD;
 use crate::mesh::half_edges::{next, previous};
 use crate::mesh::{NONE, TriMesh};
 
-/// In place of a region's number: triangles that are in none.
+/// In place of a region's number, for triangles that belong to no region any more.
 const CHANGED: u32 = u32::MAX;
 
 /// Finds regions, one after the other.

@@ -30,7 +30,7 @@ const BATCH: usize = 1 << 13;
 const CHUNKS: usize = 1 << 7;
 /// Steps of a batch, at most; each leaves a few pieces behind.
 const BATCH_STEPS: usize = 1 << 17;
-/// So many pieces that wait, of 112 bytes each, come before further triangles.
+/// Once this many pieces wait, of 112 bytes each, they come before further triangles.
 const MANY: usize = 1 << 18;
 /// Share of the tolerance that the search uses; the rest is for the roundings that the ends leave room for.
 const USED: f64 = 0.999;
@@ -193,7 +193,7 @@ impl Target<'_> {
 /// What is known of the distance.
 #[derive(Debug, Clone, Copy)]
 struct Found {
-    /// That of the farthest point so far.
+    /// The distance of the farthest point so far.
     distance: f64,
     farthest: DVec3,
     /// Bounds up to this are small enough, since the distance is no smaller than that of the farthest point.

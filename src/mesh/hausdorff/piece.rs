@@ -17,7 +17,7 @@ const THIN: f64 = 0.2;
 const ALIKE: f64 = 0.2;
 /// Pieces that are larger than the triangle below them by this factor are halved.
 const LARGE: f64 = 4.0;
-/// Least square of the reach, relative to the bounds that are small enough.
+/// Minimum square of the reach, relative to the bounds that are small enough.
 const LEAST_REACH_SQ: f64 = 1e-6;
 
 /// A part of a triangle.

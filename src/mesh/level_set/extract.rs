@@ -147,7 +147,7 @@ fn beyond(edge: usize) -> [i32; 3] {
 /// The edges of a block that the surface crosses.
 struct Crossed {
     bits: [u64; WORDS],
-    /// Those before each word.
+    /// The number of crossed edges before each word.
     before: [u16; WORDS],
     /// The index of the first vertex.
     first: u32,

@@ -116,7 +116,7 @@ struct Sides {
     /// Half-edges where nothing moves.
     is_stiff: Vec<bool>,
     is_border: Vec<bool>,
-    /// Those of borders that are made smooth.
+    /// The half-edges of borders that are made smooth.
     ragged: Vec<bool>,
 }
 

@@ -46,8 +46,9 @@ pub struct Repaired {
 }
 
 impl Repaired {
-    /// The mesh that this was made of with its vertices where they were welded to; faces keep their numbers,
-    /// those that were dropped too. What attributes say of edges then holds for cracks that are closed.
+    /// The mesh that this was made from, with its vertices where they were welded to. All faces keep their
+    /// numbers, including those that were dropped. What attributes say about edges then also holds for cracks
+    /// that were closed.
     /// `None` if only vertices at exactly equal positions were welded.
     pub fn at_welded_places(&self, mesh: &TriMesh) -> Option<TriMesh> {
         if self.counts.crack_vertices_welded + self.counts.near_vertices_welded == 0 {
@@ -63,7 +64,7 @@ impl Repaired {
     }
 }
 
-/// What [`repair_with`] may do besides.
+/// What [`repair_with`] may do in addition.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct RepairOptions {
@@ -72,13 +73,13 @@ pub struct RepairOptions {
     pub weld: f64,
     /// Components with less than this share of the area are dropped, but never the largest; 0 to below 1.
     pub min_component: f64,
-    /// Ragged boundaries are made smooth, and no vertex of them moves farther than this share of the bounding
-    /// box's diagonal; 0 to below 1, 0 for boundaries as they are.
+    /// Ragged boundaries are smoothed; none of their vertices moves farther than this fraction of the
+    /// bounding box's diagonal. 0 to below 1; 0 leaves boundaries as they are.
     pub smooth_boundary: f64,
 }
 
 impl RepairOptions {
-    /// Checks the ranges, which [`repair_with`] does too.
+    /// Checks the ranges, as [`repair_with`] also does.
     ///
     /// # Errors
     /// [`Error::Usage`] with the first field that is out of its range.
@@ -130,8 +131,8 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// edge, so neither size nor position of the mesh matters; edges that a flat face joined are split at its
 /// vertex. Then closes cracks no wider than 32 units of 32-bit rounding of the largest coordinate and a
 /// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
-/// faces over that disagree with others of their component: closed ones face outwards then. What is inside
-/// out as a whole stays so. Last, boundaries are made smooth if `options` say so.
+/// faces over that disagree with others of their component: closed ones then face outwards. A surface that is
+/// inside out as a whole stays inside out. Last, boundaries are smoothed if `options` ask for it.
 ///
 /// # Errors
 ///

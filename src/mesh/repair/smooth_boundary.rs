@@ -1,5 +1,5 @@
 //! Ragged boundaries made smooth: every boundary curve is filtered along its length, no vertex of it moves
-//! farther than a tolerance, and the surface beside it follows.
+//! farther than a tolerance, and the surface next to it follows.
 
 use glam::DVec3;
 

@@ -137,8 +137,8 @@ impl<'a> Collapser<'a> {
         Ok(())
     }
 
-    /// Whether `count` is less than the topology needs, and about so many vertices are left; not for 0, which
-    /// asks for the least number there is.
+    /// Whether `count` is less than the topology needs, and not many more vertices than needed are left;
+    /// false for 0, which asks for the smallest possible number.
     fn is_out_of_reach(&self, count: usize) -> bool {
         let needed = topology(self.surface).vertices_needed();
         count > 0 && count < needed && self.graph.used <= NEAR_NEED * needed

@@ -114,7 +114,7 @@ impl Graph {
         }
     }
 
-    /// Makes an edge one beside curves; whether it was on one.
+    /// Takes an edge off its curve; returns whether it was on one.
     pub fn take_off_curve(&mut self, a: u32, b: u32) -> bool {
         let was = self.is_curve(a, b);
         self.along_curves[a as usize].retain(|w| *w != b);

@@ -68,8 +68,8 @@ impl LevelCurves {
     }
 }
 
-/// The patch of every face. Faces with all corners on curves have that of the faces beside them, [`NONE`] if
-/// all of these are such faces too.
+/// The patch of every face. Faces with all corners on curves have the patch of the faces next to them, or
+/// [`NONE`] if these also have all corners on curves.
 fn patches(level: &LevelMesh, of_surface: &[u32], constrained: &ConstrainedMesh) -> Vec<u32> {
     let faces = &level.mesh.triangles;
     let patch = |face: &[u32; 3]| {
@@ -81,7 +81,7 @@ fn patches(level: &LevelMesh, of_surface: &[u32], constrained: &ConstrainedMesh)
     patches
 }
 
-/// Gives faces without a patch that of the faces beside them, across edges that are not on curves.
+/// Gives faces without a patch that of the faces next to them, across edges that are not on curves.
 fn spread(patches: &mut [u32], faces: &[[u32; 3]], curve_edges: &EdgeSet) {
     let mut unknown: Vec<usize> = (0..faces.len()).filter(|t| patches[*t] == NONE).collect();
     if unknown.is_empty() {

@@ -1,6 +1,6 @@
 //! More sites where cells are broken: at thin parts, where evenly spaced sites are too few.
 //!
-//! A cell that reaches around a tube, or over its tip, is no disc, and its site lacks neighbours there.
+//! A cell that reaches around a tube, or over its tip, is not a disc, and its site lacks neighbours there.
 //! Adding a site in the farthest part of each such cell, repeatedly, makes all of them discs, as in Delaunay
 //! refinement (Boissonnat and Oudot 2005). The added sites are taken from where sites are closest together,
 //! so their number stays the same.
@@ -11,7 +11,7 @@ use crate::sites::cells::BrokenCell;
 use crate::sites::on_surface::SitesOnSurface;
 use glam::DVec3;
 
-/// Least distance, in spacings, of a moved site from others and from the sites of broken cells.
+/// Minimum distance, in spacings, of a moved site from others and from the sites of broken cells.
 const APART: f64 = 0.05;
 /// At most one of this many sites moves in a round.
 const RARE: usize = 10;
@@ -70,7 +70,7 @@ fn movable(sites: &SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell], c
     }
     let mut taken = of.fixed.to_vec();
     taken.resize(n, false);
-    // Two rings: what repairs a cell must not break one beside it.
+    // Two rings: what repairs a cell must not break a neighbouring one.
     let mut around: Vec<u32> = broken.iter().map(|b| b.site).collect();
     for _ in 0..2 {
         around = around.iter().flat_map(|v| rings[*v as usize].iter().chain([v])).copied().collect();
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn the_most_crowded_site_moves_to_the_broken_cell() {
         assert_eq!(densified(&[broken(4, 2.4)], &[]), Some(vec![40]));
-        // Nothing is taken away from beside it.
+        // No site next to it is taken away.
         let moved = densified(&[broken(38, 19.4)], &[]).unwrap();
         assert!(moved.len() == 1 && !(35..=42).contains(&moved[0]), "{moved:?}");
     }

@@ -23,7 +23,7 @@ use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Most bytes of one buffer, for each triangle: a link for each half-edge.
+/// Maximum number of bytes of one buffer, for each triangle: a link for each half-edge.
 const LARGEST_BYTES: usize = 24;
 /// Device memory that the fit takes for each triangle, and for each vertex of the surface.
 const TRIANGLE_BYTES: usize = 300;
@@ -94,8 +94,8 @@ impl CoarseToFine<'_> {
         polishes.then(|| MeshOnDevice::new(self.context.device, constrained, under)).transpose()
     }
 
-    /// As [`crate::polish::polish`], of a mesh without curves, along which vertices would slide one after the
-    /// other. The host does no more than to improve the worst triangles at the end.
+    /// Like [`crate::polish::polish`], for a mesh without curves, along which vertices would slide one after
+    /// the other. The host does no more than to improve the worst triangles at the end.
     pub(super) fn polish_on_device(
         &self,
         on: &mut MeshOnDevice,
@@ -129,7 +129,7 @@ impl CoarseToFine<'_> {
         Ok(Polished { flips, taken_back, lifted })
     }
 
-    /// As [`crate::polish::fit`]; `under` has the triangles of the surface that the sites were on.
+    /// Like [`crate::polish::fit`]; `under` has the triangles of the surface that the sites were on.
     pub(super) fn fit_on_device(
         &self,
         on: &mut MeshOnDevice,

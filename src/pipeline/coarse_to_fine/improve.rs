@@ -300,7 +300,7 @@ impl CoarseToFine<'_> {
             .or_else(|| Fault::sliver(mesh, &surface, self.context.options.coarse_to_fine.feature_angle)))
     }
 
-    /// Where another site would help a face that intersects others: on the surface beside its centre.
+    /// Where another site would help a face that intersects others: on the surface near its centre.
     fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
         let centre = mesh.corners(t as usize).into_iter().sum::<DVec3>() / 3.0;
         Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest: self.in_a_triangle(centre)? })

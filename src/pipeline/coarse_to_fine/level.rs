@@ -109,7 +109,7 @@ pub(crate) struct Start {
 /// Relaxed sites.
 pub(crate) struct Relaxed {
     pub sites: SitesOnSurface,
-    /// As [`crate::sites::cells::CellSites::near`].
+    /// Same as [`crate::sites::cells::CellSites::near`].
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,

@@ -17,9 +17,9 @@ const FEW_SHORT: f64 = 0.01;
 /// Sites of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LevelPlan {
-    /// All of them.
+    /// All sites.
     pub sites: usize,
-    /// Those that are not on curves.
+    /// The sites that are not on curves.
     pub interior: usize,
     /// Edge length of a perfect layout.
     pub spacing: f64,

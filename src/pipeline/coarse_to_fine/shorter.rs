@@ -26,7 +26,7 @@ const FAR: f64 = 0.3;
 const SHORTER: f64 = 0.6;
 /// Edges within this many spacings of places left out become shorter in the next attempt.
 const REACH: f64 = 1.5;
-/// Most further attempts.
+/// Maximum number of further attempts.
 const ATTEMPTS: u32 = 3;
 /// Where more than this share of the triangles has small angles, the surface has more details than the mesh
 /// has vertices for, and a place is not left out for want of a few of them.

@@ -15,7 +15,7 @@ const FLAT: f64 = 0.01;
 
 /// Largest angle of a bend, in radians, that an edge longer than those of a uniform mesh may span.
 const TURN: f64 = 0.7;
-/// Least number of vertices of a component, unless a uniform mesh has fewer there.
+/// Minimum number of vertices of a component, unless a uniform mesh has fewer there.
 const ENOUGH: usize = 60;
 
 /// Input of [`size_field`].

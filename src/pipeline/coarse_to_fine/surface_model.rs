@@ -24,7 +24,7 @@ pub(crate) struct ModelRequest<'a> {
     pub vertices: usize,
     /// Values are at the vertices of the run's mesh.
     pub sizing: &'a Sizing,
-    /// As [`FeatureOptions::round_facets`].
+    /// Same as [`FeatureOptions::round_facets`].
     pub round_facets: bool,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct SurfaceModel {
 }
 
 impl SurfaceModel {
-    /// With features and sizes as the run and the request have them.
+    /// With the features and sizes of the run and the request.
     ///
     /// # Errors
     /// As [`SurfaceModel::with`], and those of the user's curves.

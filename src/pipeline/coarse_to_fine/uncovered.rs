@@ -14,7 +14,7 @@ use rayon::prelude::*;
 const NEAR: f64 = 1.0;
 /// At most one new site is added for this many sites.
 const RARE: usize = 200;
-/// Least number of vertices for a thread.
+/// Minimum number of vertices for a thread.
 const CHUNK: usize = 512;
 
 /// New sites where `seeds` leave the surface uncovered: vertices of the surface, all farther than a spacing,

@@ -20,7 +20,7 @@ const MOST_CHANGE: f64 = 1.35;
 const LATER_CHANGE: f64 = 1.1;
 /// Number of runs after which [`LATER_CHANGE`] limits the growth of lengths.
 const EARLY: u32 = 3;
-/// Least change where a number of vertices is estimated.
+/// Minimum change where a number of vertices is estimated.
 const LEAST_ESTIMATED: f64 = 0.02;
 /// Shortest edges, in deviations: shorter ones follow noise alone.
 const SHORTEST: f64 = 1.0;

@@ -77,7 +77,7 @@ pub(crate) struct Largest {
     pub upper: f64,
     /// The face at the farthest point, or nearest to it.
     pub face: u32,
-    /// That point on the face.
+    /// The farthest point, on the face.
     pub at: DVec3,
 }
 

@@ -42,10 +42,10 @@ const LEAST: f64 = 0.125;
 pub struct DeviationSummary {
     /// The largest deviation that was asked for, in percent of the diagonal of the input's bounding box.
     pub asked: f64,
-    /// The larger one of the two Hausdorff distances, likewise: no point of the result is farther from the
+    /// The larger of the two Hausdorff distances, also in percent: no point of the result is farther from the
     /// input, nor the other way round.
     pub reached: f64,
-    /// Whether that is as small as asked for.
+    /// Whether `reached` is as small as asked for.
     pub is_reached: bool,
     /// Runs that it took.
     pub runs: u32,

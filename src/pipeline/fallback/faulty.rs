@@ -24,8 +24,8 @@ pub(crate) struct Fallback<'a> {
 }
 
 impl Fallback<'_> {
-    /// The outcome with its faulty components made anew with as many vertices; with a fault if faces still
-    /// intersect, `None` if there are too few vertices or nothing could be replaced.
+    /// The outcome with its faulty components remeshed, with the same number of vertices; with a fault if
+    /// faces still intersect, `None` if there are too few vertices or nothing could be replaced.
     ///
     /// # Errors
     /// [`Error::Cancelled`].

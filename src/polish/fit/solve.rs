@@ -147,7 +147,7 @@ fn add(x: &mut [Vec3A], factor: f64, y: &[Vec3A]) {
 
 /// A symmetric matrix of 3 × 3 blocks, and the right-hand side.
 struct Matrix {
-    /// Those of [`ROWS`] vertices each.
+    /// The matrix's rows, of [`ROWS`] vertices each.
     rows: Vec<Rows>,
 }
 

@@ -342,7 +342,7 @@ struct Others {
 }
 
 impl Others {
-    /// The least figures of all, those of the touched ones taken anew.
+    /// The least figures of all; those of the touched triangles are computed again.
     fn with(&self, mesh: &MeshCopy, outlier: &FarPlace) -> Shape {
         self.touched.iter().fold(self.least, |least, t| least.min(mesh.shape(*t, outlier)))
     }

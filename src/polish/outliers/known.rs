@@ -132,7 +132,7 @@ impl KnownTriangles {
         }
     }
 
-    /// Forgets whether a triangle is sound, beside one that has changed.
+    /// Forgets whether a triangle next to one that has changed is sound.
     pub fn forget_sound(&mut self, t: u32) {
         let place = self.place[t as usize];
         if place != NONE {

@@ -27,12 +27,12 @@ use known::{Known, KnownTriangles};
 use mesh_copy::MeshCopy;
 use region::Region;
 
-/// Most edits in a row at one outlier, since one may not suffice.
+/// Maximum number of edits in a row at one outlier, since one may not suffice.
 const STEPS: u32 = 4;
 /// Outliers that are edited at the same time; a constant, since the result must not depend on the number of
 /// threads.
 const TOGETHER: usize = 8;
-/// Fewer triangles are looked at by one thread.
+/// Fewer triangles than this are looked at by one thread.
 const FEW: usize = 32;
 
 /// What [`reduce_outliers`] did.

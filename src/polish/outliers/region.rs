@@ -11,13 +11,13 @@ use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// Rings of vertices around a triangle that are relaxed.
 const RINGS: u32 = 2;
-/// Least cosine between the normals of a triangle and of the surface under it.
+/// Minimum cosine between the normals of a triangle and of the surface under it.
 const FACING: f64 = 0.1;
-/// Least cosine between the normals of two neighbouring triangles.
+/// Minimum cosine between the normals of two neighbouring triangles.
 const DIHEDRAL: f64 = -0.4;
 /// An edit is not tried in full if it leaves this share of the deviation that it must stay below.
 const HOPELESS: f64 = 1.5;
-/// Most points of the surface in a region; of more, evenly spaced ones are taken.
+/// Maximum number of points of the surface in a region; of more, evenly spaced ones are taken.
 const MOST_POINTS: usize = 400;
 
 /// The surroundings of an outlier.
@@ -198,7 +198,7 @@ impl MeshCopy<'_> {
         self.partly_after(region, before, changed, &most).is_some()
     }
 
-    /// As [`MeshCopy::after`], without the samples of the triangles that changed.
+    /// Like [`MeshCopy::after`], without the samples of the triangles that changed.
     fn partly_after(
         &self,
         region: &Region,

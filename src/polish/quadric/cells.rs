@@ -24,8 +24,8 @@ const NEAR: usize = 14;
 const NEAR_FOR: u32 = 4;
 /// Steps of a walk to the nearest site.
 const STEPS: usize = 16;
-/// Least cosine between the normal of a sample and the mean normal of the cell that it may be in, and between
-/// those of two cells that a walk leads from one to the other.
+/// Minimum cosine between the normal of a sample and the mean normal of the cell that it may be in, and
+/// between those of two cells that a walk leads from one to the other.
 const SAME_SHEET: f64 = -0.2;
 
 /// A sample of the surface.

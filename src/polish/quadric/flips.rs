@@ -13,9 +13,10 @@ use crate::polish::locked::Locked;
 /// edges around, against cotangents. An edge that cuts off a right angle between equilateral triangles is
 /// 0.43 edges away.
 const DISTANCE_WEIGHT: f64 = 20.0;
-/// Least cosine between two triangles that are flat, before and after the flip, so that angles decide alone.
+/// Minimum cosine between two triangles that are flat, before and after the flip, so that angles decide
+/// alone.
 const FLAT: f64 = 0.95;
-/// Least cosine between the normal of a new triangle and that of the old pair.
+/// Minimum cosine between the normal of a new triangle and that of the old pair.
 const MIN_AGREEMENT: f64 = 0.1;
 
 /// Flips edges where that is a gain, in a fixed order.

@@ -6,7 +6,7 @@ use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Most points on a page; they take as much as half of [`super::MOST_FACES`] faces.
+/// Maximum number of points on a page; they take as much as half of [`super::MOST_FACES`] faces.
 pub(super) const MOST_POINTS: usize = 100_000;
 /// The diameter of discs, in spacings, as in the pictures of `render`.
 const WIDTH: f64 = 2.0;

@@ -9,9 +9,9 @@ use flate2::write::ZlibEncoder;
 use glam::DVec3;
 use std::io::Write;
 
-/// Most faces of a mesh on a page; two meshes of so many take about 8 MB.
+/// Maximum number of faces of a mesh on a page; two meshes of this size take about 8 MB.
 pub const MOST_FACES: usize = 200_000;
-/// Most edges of curves on a page.
+/// Maximum number of edges of curves on a page.
 pub(super) const MOST_LINES: usize = 100_000;
 
 /// The largest coordinate, of 16 bits.

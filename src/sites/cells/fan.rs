@@ -37,7 +37,7 @@ pub(crate) fn fans(
     (fans, broken, encroached)
 }
 
-/// As [`fans`], of sites with a sector each on a surface without boundary.
+/// Like [`fans`], for sites with a sector each on a surface without boundary.
 pub(crate) fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
     let (parts, broken): (Vec<FansPart>, Vec<Vec<usize>>) = par_map_chunks(cells.len(), |range| {
         let (mut part, mut broken) = (FansPart::default(), Vec::new());

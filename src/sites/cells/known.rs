@@ -7,8 +7,8 @@ use crate::sites::place::Place;
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-/// The cells of some sites before they moved, with what they were computed from: of a few sites that move,
-/// only the cells around are computed anew.
+/// The cells of some sites before they moved, with what they were computed from: if a few sites move, only
+/// the cells around them are computed again.
 #[derive(Default)]
 pub struct KnownCells {
     /// One a sector, without repairs.

@@ -40,7 +40,7 @@ use walk::{Cell, Scene, Uncut, Walk};
 
 /// Maximum number of times that cells that do not fit together are computed again.
 const REPAIRS: u32 = 6;
-/// Fewer cells are looked at by one thread.
+/// Fewer cells than this are looked at by one thread.
 const FEW_CELLS: usize = 256;
 
 /// Cells as fans, with their certificate.
@@ -156,8 +156,8 @@ impl ConnectedCells {
 
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
 /// that its own cell does not reach there. Such cells are computed again: that site cuts them in the
-/// triangles of its own cell only. `mismatched` are those to begin with, as [`fan::one_sided`] has them.
-/// Returns those cells as they were.
+/// triangles of its own cell only. `mismatched` are the cells to begin with, as [`fan::one_sided`] gives
+/// them. Returns those cells as they were.
 fn repair(
     scene: &Scene,
     cells: &mut [Cell],

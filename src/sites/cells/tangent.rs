@@ -8,7 +8,7 @@ use super::walk::{Cell, Scene, Walk};
 use crate::{ProgressToken, Result};
 use rayon::prelude::*;
 
-/// Fewer cells are done by one thread.
+/// Fewer cells than this are done by one thread.
 const FEW: usize = 64;
 /// Largest share of the cells that are made exact; with more, it is quicker to make all of them exact.
 const MOST_EXACT: f64 = 0.6;

@@ -375,7 +375,7 @@ impl Walk {
         listed + 1 >= n
     }
 
-    /// Gathers the sites up to twice the distance of before; true if these are all sites.
+    /// Gathers the sites up to twice the previous distance; true if these are all sites.
     fn more_candidates(&mut self, scene: &Scene, s: usize, tree: &KdTree) -> bool {
         let sites = scene.sites;
         let gathering = Gathering::new(scene, s);

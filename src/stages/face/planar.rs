@@ -76,7 +76,7 @@ impl PlanarOptions {
     }
 }
 
-/// So many sites or fewer have a thread each for faces that the lists do not decide.
+/// With at most this many sites, each has a thread for faces that the lists do not decide.
 const FEW: u32 = 4096;
 
 /// The size of a step.

@@ -69,7 +69,7 @@ impl Links {
 }
 
 impl<'a> FitMesh<'a> {
-    /// Of a mesh on the device, whose half-edges are found anew.
+    /// Of a mesh on the device, whose half-edges are found again.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -80,7 +80,7 @@ impl<'a> FitMesh<'a> {
         Self::of(device, mesh, &half_edges, moves, workgroup)
     }
 
-    /// As [`FitMesh::new`] of half-edges that are known, and whether each vertex moves.
+    /// Like [`FitMesh::new`], for half-edges that are known, and whether each vertex moves.
     pub(crate) fn of(
         device: &Device,
         mesh: &'a DeviceMesh,

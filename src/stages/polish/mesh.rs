@@ -35,7 +35,7 @@ impl DeviceMesh {
         Self::of(device, &half_edges, &mesh.vertices, (&[], &[]))
     }
 
-    /// As [`DeviceMesh::new`] of half-edges that are known; `fixed` and `lengths` as in
+    /// Like [`DeviceMesh::new`], for half-edges that are known; `fixed` and `lengths` as in
     /// [`crate::polish::ConstrainedMesh`].
     pub(crate) fn of(
         device: &Device,
@@ -112,7 +112,7 @@ impl DeviceMesh {
     }
 }
 
-/// Positions as the device has them, with the target edge lengths.
+/// Positions in the device's form, with the target edge lengths.
 fn packed(points: &[DVec3], lengths: &[f64]) -> Vec<Vec4> {
     let position = |(v, p): (usize, &DVec3)| {
         let length = lengths.get(v).copied().unwrap_or(1.0);

@@ -8,7 +8,7 @@ use glam::UVec4;
 /// Length of the list, begin and end of the current part, a number that kernels count up, and two for kernels
 /// to keep what they like.
 const COUNTERS: usize = 6;
-/// Of these, which one kernels count up.
+/// The index of the counter that kernels count up.
 const COUNTED: usize = 3;
 
 /// The list with its counters.
@@ -17,7 +17,7 @@ pub(in crate::stages) struct WorkList {
     most_groups: u32,
     /// What was appended, in any order.
     pub list: Buffer<u32>,
-    /// As `glsl/polish/advance.comp` has them; the last one is for kernels to count with.
+    /// As in `glsl/polish/advance.comp`; the last one is for kernels to count with.
     pub counters: Buffer<u32>,
     /// Workgroups for the current part.
     pub groups: Buffer<UVec4>,
@@ -38,7 +38,7 @@ impl WorkList {
         })
     }
 
-    /// As [`WorkList::record_clear`], and sets the last two counters.
+    /// Like [`WorkList::record_clear`], and sets the last two counters.
     ///
     /// # Errors
     /// As [`Recorder::upload`].

@@ -8,7 +8,7 @@ use glam::{DVec3, Vec4};
 
 /// The surface of a point cloud near a site: the plane of least squares through the nearest of its points.
 ///
-/// The paper describes Chen et al. (2018) so: each Voronoi cell is restricted to an underlying surface,
+/// The paper describes Chen et al. (2018) like this: each Voronoi cell is restricted to a surface,
 /// approximated by best-fit planes that depend on the number of input points, and sites are pulled back to
 /// those planes. It is read here as one plane for each site, through the mean of its `k` nearest points; a
 /// site is pulled to the plane at its target, and its next cell is cut by the plane through the site with
@@ -24,7 +24,7 @@ pub struct BestFit {
     pub projected: Buffer<Vec4>,
     /// Unit normals of the planes on the points' side, w = 0.
     pub normals: Buffer<Vec4>,
-    /// Flags ([`crate::stages::flags`]), begun anew.
+    /// Flags ([`crate::stages::flags`]); this kernel overwrites those of the last iteration.
     pub flags: Buffer<u32>,
     k: u32,
     reach: f64,

@@ -43,7 +43,7 @@ impl Bvh {
         self.record_over(recorder, &triangles.corners, &triangles.wedges)
     }
 
-    /// As [`Bvh::record`], of triangles by their corners, each a place in `wedges`.
+    /// Like [`Bvh::record`], for triangles by their corners, each a place in `wedges`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

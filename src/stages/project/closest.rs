@@ -16,7 +16,7 @@ pub struct ClosestPoints {
 /// Projections that a search improves.
 #[derive(Clone, Copy)]
 pub struct Projections<'a> {
-    /// As [`Walk::projected`].
+    /// Same as [`Walk::projected`].
     pub projected: &'a Buffer<Vec4>,
     /// The sides that triangles must face to be taken, and then normals as [`Walk::normals`].
     pub normals: &'a Buffer<Vec4>,

@@ -23,8 +23,8 @@ pub struct Walk {
     pub normals: Buffer<Vec4>,
 }
 
-/// Most triangles that a walk visits: enough to cross half as many, or to circle a few vertices of high
-/// valence.
+/// Maximum number of triangles that a walk visits: enough to cross half as many, or to circle a few vertices
+/// of high valence.
 const MAX_STEPS: u32 = 256;
 
 impl Walk {

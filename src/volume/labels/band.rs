@@ -17,8 +17,8 @@ pub(super) struct Band {
     pub distance: Vec<f32>,
     /// Whether the distance of a node is exact.
     pub is_fixed: Vec<bool>,
-    /// Of each, the numbers in the band of the nodes before and after it along each axis: -x, x, -y, y, -z,
-    /// z. The band's length stands for none.
+    /// For each node, the numbers in the band of the nodes before and after it along each axis: -x, x, -y, y,
+    /// -z, z. The band's length stands for a node outside the band.
     pub neighbours: Vec<[u32; 6]>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Band {
 pub(super) type Extent = [std::ops::Range<usize>; 3];
 
 impl Band {
-    /// That of the nodes within `extent` for which `is_inside` holds; all of them are in it.
+    /// The band of the nodes within `extent` for which `is_inside` holds; all of them are in it.
     pub fn new(size: [usize; 3], extent: &Extent, is_inside: impl Fn(usize) -> bool + Sync) -> Self {
         let grown: Extent = std::array::from_fn(|a| {
             extent[a].start.saturating_sub(REACH)..(extent[a].end + REACH).min(size[a])

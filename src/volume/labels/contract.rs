@@ -1,5 +1,5 @@
 //! Pieces of borders far smaller than a voxel, drawn together to points. Where four labels or more meet,
-//! chance in the labels of single nodes makes such pieces, which are none of the object's.
+//! chance in the labels of single nodes makes such pieces, which do not belong to the object.
 
 use std::collections::HashMap;
 

@@ -149,8 +149,8 @@ impl Grid<'_> {
         }
     }
 
-    /// Where the fields of the labels of a vertex's nodes are equal, or the place on a sharp edge beside it;
-    /// and whether it is that.
+    /// Where the fields of the labels of a vertex's nodes are equal, or the place on a sharp edge next to it;
+    /// and whether it is on a sharp edge.
     fn place(&self, key: Key, fields: &Fields) -> (DVec3, bool) {
         let low = (key >> 9) as usize;
         let ways = [key & 7, key >> 3 & 7, key >> 6 & 7].into_iter().take_while(|way| *way > 0);

@@ -53,8 +53,8 @@ pub(super) fn smooth(borders: &mut Borders, size: [usize; 3]) {
     }
 }
 
-/// Of each free vertex, those that it is drawn to: on a curve those beside it there, and else those of each
-/// of its triangles.
+/// For each free vertex, those that it is drawn to: on a curve its neighbours along the curve, elsewhere the
+/// vertices of each of its triangles.
 fn links(borders: &Borders, curves: &[[u32; 2]], degree: &[u32], is_free: &[bool]) -> Csr {
     let mut links = Vec::new();
     let mut add = |to: u32, from: u32| {

@@ -80,12 +80,13 @@ pub struct LabelSurface {
 /// The borders between the labels of a volume, which are whole numbers; 0 is outside.
 ///
 /// # Errors
-/// [`Error::Input`] for values that are no whole numbers from 0 to [`MOST_LABEL`], or only one label.
+/// [`Error::Input`] for values that are not whole numbers from 0 to [`MOST_LABEL`], or only one label.
 pub fn label_surface(volume: &Volume, options: &LabelOptions) -> Result<LabelSurface> {
     label_surface_with_progress(volume, options, |_| {})
 }
 
-/// As [`label_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+/// Like [`label_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`]
+/// does.
 ///
 /// # Errors
 /// As [`label_surface`], and [`Error::Cancelled`] if `progress` asks for it.

@@ -13,7 +13,7 @@ use crate::mesh::half_edges::EdgeTable;
 
 /// Both faces at a sharp edge are flat for at least this many nodes away from it, and the edge is as long.
 const FLAT: usize = 5;
-/// So many nodes on either side of an edge have the distances of a box: the band's depth, and one more that
+/// This many nodes on either side of an edge have the distances of a box: the band's depth, and one more that
 /// second differences reach.
 const BESIDE: usize = 3;
 /// Nodes whose distance from the border is less than this have one of the other side next to them, be it
@@ -42,7 +42,7 @@ struct Shape<'a, I> {
     is_inside: &'a I,
 }
 
-/// The sharp edges of a label. Nodes beside them get the distances of a box, and are fixed.
+/// The sharp edges of a label. Nodes next to them get the distances of a box, and are fixed.
 pub(super) fn fix(band: &mut Band, size: [usize; 3], is_inside: impl Fn(usize) -> bool + Sync) -> Cells {
     let shape = Shape { size, band, is_inside: &is_inside };
     let runs = shape.runs();
@@ -156,7 +156,7 @@ impl<I: Fn(usize) -> bool + Sync> Shape<'_, I> {
         firsts.into_iter().filter_map(run).collect()
     }
 
-    /// The numbers in the band of the nodes beside an edge, and around its ends where it is bounded.
+    /// The numbers in the band of the nodes next to an edge, and around its ends where it is bounded.
     fn beside(&self, run: &Run) -> Vec<usize> {
         let ranges: [_; 3] = std::array::from_fn(|axis| {
             let (before, length) = match axis == run.axis {

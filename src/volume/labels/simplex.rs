@@ -57,7 +57,7 @@ fn set(corners: &[usize]) -> Corners {
     corners.iter().fold(0, |bits, corner| bits | 1 << corner)
 }
 
-/// Around the border of two groups of corners, if the tetrahedron has so many labels.
+/// The polygon around the border of two groups of corners, if the tetrahedron has this many labels.
 fn polygon(own: &[usize], other: &[usize], rest: &[usize], labels: usize) -> Vec<Corners> {
     match (own, other, rest) {
         ([a], [b, c, d], _) | ([b, c, d], [a], _) => vec![set(&[*a, *b]), set(&[*a, *c]), set(&[*a, *d])],

@@ -1,5 +1,5 @@
-//! Specks of labels: parts so small beside the largest of their label that they are noise. They become what
-//! is around them.
+//! Specks of labels: parts so small compared with the largest of their label that they are noise. They become
+//! what is around them.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -9,14 +9,15 @@ use crate::mesh::topology::Partition;
 use crate::volume::specks::{VOXELS, least_volume};
 use crate::{ProgressToken, Result};
 
-/// Larger parts are none of noise, however large the label's largest is: cavities among them.
+/// Parts with at least this many voxels, including cavities, are not noise, however large the label's largest
+/// part is.
 const MOST: f64 = 64.0;
-/// A label of more parts than this, all of them as small as specks beside a large one, is noise as a whole.
+/// A label with more parts than this, all as small as specks next to a large part, is noise as a whole.
 const MOST_PARTS: usize = 8;
 /// Nodes between two looks at whether to go on.
 const CHUNK: usize = 1 << 20;
 
-/// A volume whose specks have the label that most nodes beside them have, and how many there were.
+/// A volume whose specks have the label of most nodes next to them, and how many specks there were.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -83,8 +84,7 @@ fn parts(volume: &Volume, progress: &ProgressToken) -> Result<Vec<u32>> {
     Ok((0..values.len() as u32).map(|i| parts.root(i)).collect())
 }
 
-/// The label that most nodes beside a node have, and the least of those that as many have; none if all are
-/// open.
+/// The label that most nodes next to a node have, the least one in a tie; `None` if all are open.
 fn most_beside(volume: &Volume, node: usize) -> Option<f32> {
     let [nx, ny, nz] = volume.size;
     let at = [node % nx, node / nx % ny, node / nx / ny];

@@ -11,9 +11,9 @@ use crate::polish::{ConstrainedMesh, OutlierOptions, PassOptions, PolishOptions,
 use crate::{ProgressToken, Result};
 use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
 
-/// Most passes; each splits an edge at every place that is too far away.
+/// Maximum number of passes; each splits an edge at every place that is too far away.
 const PASSES: u32 = 10;
-/// Most tries in all passes.
+/// Maximum number of tries in all passes.
 const TRIES: u32 = 24;
 /// Rounds of polish after a split.
 const ROUNDS: u32 = 5;
