@@ -266,7 +266,7 @@ fn texts<'a>(args: &'a Args, about: &PageInput) -> Result<Vec<(&'a Path, String)
     Ok(texts)
 }
 
-/// No file may be both read and written, but for the mesh itself, and none written twice.
+/// No file may be both read and written, except for the mesh itself, and none written twice.
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     let written = [("--report", "report", &args.out.report), ("--html", "page", &args.out.html)];
     let written = written.map(|(option, what, path)| path.as_ref().map(|path| (option, what, path)));

@@ -28,7 +28,7 @@ pub(super) struct Oriented<'a> {
     pub spacing: &'a [f64],
     /// The radius of each one's weight.
     pub radius: &'a [f64],
-    /// Sheets with opposite normals are at least so far apart, in spacings.
+    /// Sheets with opposite normals are at least this many spacings apart.
     pub apart: f64,
     /// The field is defined where a point is closer than this share of its radius.
     pub reach: f64,

@@ -23,11 +23,11 @@ const SURE: f32 = 0.8;
 const PAIRS: usize = 10;
 /// Points that are thicker than most by this many spacings count half.
 const THICK: f64 = 0.15;
-/// Votes are clear where, of all between two pieces, this share is left over.
+/// The votes between two pieces are clear if their sum is at least this fraction of all.
 const CLEAR: f64 = 0.7;
 /// Rounds in which single normals follow their neighbours.
 const ROUNDS: usize = 3;
-/// They do where the neighbours' mean is at least this long.
+/// Single normals follow their neighbours where the neighbours' mean is at least this long.
 const MAJORITY: f64 = 0.3;
 /// Points that a thread does at a time.
 const CHUNK: usize = 1 << 9;

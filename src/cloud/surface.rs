@@ -97,7 +97,7 @@ pub struct CloudSurface {
     pub outliers: usize,
     /// Parts of the surface left out since they are too small for one.
     pub small_parts: usize,
-    /// Boundary loops that were filled; of a terrain, none are counted.
+    /// Boundary loops that were filled; not counted for a terrain.
     pub filled: usize,
     /// Handles and tunnels removed, of up to six spacings, as chance makes them between points.
     pub handles: usize,
@@ -105,9 +105,9 @@ pub struct CloudSurface {
     pub unused: usize,
     /// Whether the surface is a terrain ([`SurfaceKind::Terrain`]).
     pub is_terrain: bool,
-    /// Of a terrain, points left out since their class is neither ground nor building.
+    /// For a terrain, points left out since their class is neither ground nor building.
     pub other_classes: usize,
-    /// Of a terrain, points left out since they are above it, below it or far off: of trees, walls, cars.
+    /// For a terrain, points left out since they are above it, below it or far off, as of trees, walls, cars.
     pub off_terrain: usize,
     /// Whether the given normals disagreed with their neighbours', so that none was used.
     pub normals_disagree: bool,
@@ -322,7 +322,7 @@ pub fn oriented_normals(cloud: &PointCloud) -> Result<Vec<DVec3>> {
     Ok(cloud.points.par_iter().map(|p| normals[nearest(p) as usize]).collect())
 }
 
-/// The radius of the weights of points with so much noise, both in spacings.
+/// The radius of the weights of points with this much noise, both in spacings.
 fn radius_for(thickness: f64) -> f64 {
     RADIUS + RADIUS_FOR_NOISE * (thickness - NO_NOISE).max(0.0)
 }

@@ -11,7 +11,7 @@ use crate::mesh::TriMesh;
 use crate::mesh::kd_tree::KdTree;
 use crate::{Error, ProgressToken, Result};
 
-/// Curved surfaces without noise have up to so much, in spacings.
+/// Curved surfaces without noise have a measured noise of up to this many spacings.
 pub(super) const NO_NOISE: f64 = 0.12;
 /// Points in the wide surroundings of one.
 const WIDE: usize = 128;

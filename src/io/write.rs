@@ -71,7 +71,7 @@ impl<'a> Writer<'a> {
         self.prepare(path.as_ref(), mesh)?.put()
     }
 
-    /// Like [`Writer::write`], but for putting the file in its place.
+    /// Like [`Writer::write`], without putting the file in its place.
     pub(crate) fn prepare(&self, path: &Path, mesh: &TriMesh) -> Result<Prepared> {
         self.with_encoding(path, mesh, |attributes, encoding| {
             let folder = Some(folder_of(path));

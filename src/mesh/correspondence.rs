@@ -52,7 +52,7 @@ pub struct Correspondence {
     /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless
     /// one that faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
     pub vertices: Vec<SurfacePoint>,
-    /// For the centre of each face the same.
+    /// For the centre of each face, the nearest point in the same sense.
     pub faces: Vec<SurfacePoint>,
 }
 
@@ -175,9 +175,9 @@ fn query_points(mesh: &TriMesh, request: CorrespondenceRequest) -> Vec<QueryPoin
 
 /// A surface prepared for [`find_correspondence`].
 pub(crate) struct SurfaceSearch {
-    /// Of its triangles.
+    /// A hierarchy over its triangles.
     pub(crate) bvh: Arc<Bvh>,
-    /// Of each triangle, of any length.
+    /// The normal of each triangle, of any length.
     pub(crate) normals: Arc<Vec<DVec3>>,
     /// For each triangle its index in the repaired mesh; empty if that is its own.
     pub(crate) origin: Vec<u32>,

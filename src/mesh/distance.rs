@@ -110,7 +110,7 @@ pub fn distances_sampled(
     measure(mesh, reference, DEFAULT_ACCURACY, samples, progress)
 }
 
-/// Whether Hausdorff distances can be so close.
+/// Checks that Hausdorff distances can be this accurate.
 ///
 /// # Errors
 /// [`Error::Usage`].

@@ -24,13 +24,13 @@ impl Polyline {
         Self { points, along, closed, drawn: false }
     }
 
-    /// The same, as one that a user has `drawn` or not: such a curve is meant as it is.
+    /// This line, marked as `drawn` by a user or not: a drawn curve is meant as it is.
     #[must_use]
     pub fn drawn(self, drawn: bool) -> Self {
         Self { drawn, ..self }
     }
 
-    /// Whether a user has drawn it, be it as the border between two labels.
+    /// Whether a user has drawn it, also as the border between two labels.
     pub fn is_drawn(&self) -> bool {
         self.drawn
     }

@@ -74,7 +74,7 @@ pub(crate) fn extreme_cosines_of(corners: [DVec3; 3]) -> [f64; 2] {
     extreme_cosines(lengths(corners))
 }
 
-/// The same from the lengths of the edges.
+/// Like [`extreme_cosines_of`], from the lengths of the edges.
 fn extreme_cosines([la, lb, lc]: [f64; 3]) -> [f64; 2] {
     let cosines = [cosine(la, lb, lc), cosine(lb, la, lc), cosine(lc, la, lb)];
     [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0))

@@ -10,11 +10,11 @@ use std::collections::HashSet;
 /// Triangles with an angle below a limit.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SmallAngles {
-    /// All of them.
+    /// All triangles with a smaller angle.
     pub faces: usize,
-    /// Where two sharp or boundary edges meet at that angle.
+    /// Triangles where two sharp or boundary edges meet at that angle.
     pub at_corners: usize,
-    /// Others with all vertices on such edges, as where these come close to each other.
+    /// Other triangles with all vertices on such edges, as where these come close to each other.
     pub between_curves: usize,
 }
 

@@ -18,8 +18,8 @@ pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool
     is_used
 }
 
-/// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out
-/// of range.
+/// `triangles` over the vertices of `mesh`, except for those that none of them uses. Panics if an index is
+/// out of range.
 pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
     let (new, old) = renumber(&used_vertices(mesh.vertices.len(), &triangles));
     triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new[*v as usize]);

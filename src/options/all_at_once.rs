@@ -13,7 +13,8 @@ pub enum Face {
     /// The Voronoi cell in space, cut by the tangent plane (the paper's restricted tangent face).
     #[default]
     Tangent,
-    /// The same, also clipped by shadow sites of the neighbours (restricted power face, Xu et al. 2019).
+    /// Like `Tangent`, also clipped by shadow sites of the neighbours (restricted power face, Xu et al.
+    /// 2019).
     Power,
     /// A part of the surface itself (restricted Voronoi cell, Yan et al. 2009). Sites move to the centroids
     /// of their cells; normals, projection, neighbours and `centroid` have no effect.
@@ -44,7 +45,7 @@ pub enum Projection {
     NearestVertices,
     /// Downhill over adjacent triangles, from the one they were on.
     Walk,
-    /// The same, then to the closest point of all triangles with the same orientation.
+    /// Like `Walk`, then to the closest point of all triangles with the same orientation.
     Exact,
     /// Onto the planes of [`Normals::Cloud`].
     Plane,
@@ -83,8 +84,8 @@ pub enum Neighbours {
 pub enum Centroid {
     /// The mean of the face's corners (Eq. 7 of the paper).
     Corners,
-    /// The same with less weight for corners close together. This reproduces the paper's figures best
-    /// (docs/presets.md).
+    /// The mean of the face's corners with less weight for corners close together. This reproduces the
+    /// paper's figures best (docs/presets.md).
     #[default]
     WeightedCorners,
     /// The centroid of the face's area (Eq. 3).

@@ -26,9 +26,9 @@ pub use target_count::{Length, Size};
 pub enum MeasureDepth {
     /// What the warnings need: topology, shape, valences.
     Basic,
-    /// The same and self-intersections.
+    /// Everything in `Basic`, and self-intersections.
     Intersections,
-    /// The same and distances to the input.
+    /// Everything in `Intersections`, and distances to the input.
     #[default]
     Full,
 }
@@ -172,7 +172,7 @@ impl Options {
         Self::rtf(vertices).face(Face::Exact).centroid(Centroid::Area).neighbours(Neighbours::Lists)
     }
 
-    /// The same with momentum.
+    /// Like [`Options::rvd`], with momentum.
     pub fn cvd(vertices: usize) -> Self {
         Self::rvd(vertices).momentum(0.9)
     }

@@ -10,7 +10,7 @@ pub(crate) fn check(mesh: &TriMesh) -> Result<()> {
     check_indices(mesh)
 }
 
-/// Like [`check`], but for faces, of which there need not be any.
+/// Like [`check`], except that there need not be any faces.
 pub(super) fn check_indices(mesh: &TriMesh) -> Result<()> {
     if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
         return Err(Error::input(None, format!("vertex {v} is not finite"), "repair the file"));

@@ -22,7 +22,7 @@ pub(crate) struct Measuring<'a> {
     pub rounding: Option<&'a mut Rounding>,
     /// Number of faces of the result that intersected others before rounding, if it is known.
     pub intersecting_faces: Option<usize>,
-    /// The same of the reference.
+    /// Number of faces of the reference that intersect others, if it is known.
     pub input_intersections: Option<usize>,
 }
 

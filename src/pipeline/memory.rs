@@ -9,14 +9,19 @@ use crate::options::{Face, Projection};
 use crate::options::{Method, Options, Sizing};
 use crate::{Error, Result, TriMesh};
 
-/// Device bytes for each vertex and triangle of the input: `sites/surface.rs`, but not with the default
-/// pipeline, and, for the walk over it, `stages/records.rs` and `stages/project/bvh.rs`.
+/// Device bytes for each vertex of the input in `sites/surface.rs`, except with the default pipeline.
 const VERTEX_BYTES: u64 = 20;
+/// Device bytes for each triangle of the input in `sites/surface.rs`, except with the default pipeline.
 const TRIANGLE_BYTES: u64 = 44;
+/// Device bytes for each vertex of the input for walks over it: `stages/records.rs`,
+/// `stages/project/bvh.rs`.
 const WEDGE_BYTES: u64 = 16;
+/// Device bytes for each triangle of the input for walks over it: `stages/records.rs`,
+/// `stages/project/bvh.rs`.
 const RECORD_BYTES: u64 = 39;
-/// Of those of a triangle, those in the largest buffer.
+/// The part of [`RECORD_BYTES`] in the largest buffer.
 const LARGEST_OF_RECORD: u64 = 12;
+/// The part of [`TRIANGLE_BYTES`] in the largest buffer.
 const LARGEST_OF_TRIANGLE: u64 = 16;
 /// Device bytes for each site besides its lists and vectors, such as those for sorting, and more on surfaces
 /// with curves; as measured.
@@ -160,7 +165,7 @@ struct DeviceInput {
     vertex: u64,
     /// For each triangle.
     triangle: u64,
-    /// Of these, those in the largest buffer.
+    /// For each triangle, in the largest buffer.
     in_one: u64,
 }
 

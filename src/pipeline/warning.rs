@@ -13,7 +13,7 @@ pub enum WarningCode {
     OpenInput,
     /// Faces were left open.
     UnfilledFaces,
-    /// The result has another number of vertices than asked for.
+    /// The number of vertices of the result is not the one asked for.
     VertexCount,
     /// The input is a closed manifold, and the result is not.
     OpenResult,
@@ -51,7 +51,7 @@ pub enum WarningCode {
     Normals,
     /// The run was cut short.
     CutShort,
-    /// Textures do not come along.
+    /// Textures are not kept.
     Textures,
 }
 

@@ -28,7 +28,7 @@ const FEW: (usize, f64) = (2, 0.006);
 const SHRINK: f64 = 0.97;
 /// Gaps smaller than this fraction of a radius count as points.
 const FINE: f64 = 0.005;
-/// Fragments are quartered at most so often; what is then still uncovered is below the precision of f64.
+/// Fragments are quartered at most this often; what is still uncovered then is below the precision of f64.
 const ROUNDS: usize = 40;
 /// Darts between two polls of the progress token.
 const DARTS_PER_POLL: usize = 1 << 14;
@@ -57,7 +57,7 @@ pub struct DiskSummary {
 }
 
 impl DiskSummary {
-    /// The same if the unit of length is `scale` times smaller.
+    /// This summary in a unit of length that is `scale` times smaller.
     pub fn scaled(self, scale: f64) -> Self {
         Self { radius: scale * self.radius, covered: scale * self.covered, ..self }
     }

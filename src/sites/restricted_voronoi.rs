@@ -67,7 +67,7 @@ impl<'a> RestrictedVoronoi<'a> {
         self.cells_on(&(0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect::<Vec<_>>())
     }
 
-    /// The same on loose triangles.
+    /// Like [`RestrictedVoronoi::cells`], on loose triangles.
     pub fn cells_on(&self, triangles: &[[DVec3; 3]]) -> Vec<CellMoments> {
         let parts: Vec<Vec<(u32, CellMoments)>> =
             triangles.par_chunks(CHUNK).map(|chunk| self.parts(chunk)).collect();

@@ -36,7 +36,7 @@ pub struct SurfaceCurves {
 pub(crate) struct CurvePath {
     /// A closed curve ends with its first vertex.
     pub vertices: Vec<u32>,
-    /// The same as points.
+    /// The vertices' positions as a polyline.
     pub line: Polyline,
     /// Triangles at each of its edges: 1 at a boundary, 2 at a crease.
     pub sides: usize,

@@ -59,7 +59,7 @@ impl Shard {
     }
 }
 
-/// A mesh to read, and the path of its result below the folder for all, but for the extension.
+/// A mesh to read, and the path of its result below the folder for all, except for the extension.
 type Found = (PathBuf, PathBuf);
 
 /// All meshes that `inputs` name, with a result for each in `folder`, sorted by their paths. Folders are

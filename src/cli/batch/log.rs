@@ -59,7 +59,7 @@ pub struct Entry {
     pub min_angle: Option<f64>,
     /// Distance to the input, both ways, in percent of the input's diagonal: the root mean square of samples.
     pub rms: Option<f64>,
-    /// The same, at most: upper end of the Hausdorff distance.
+    /// Hausdorff distance between result and input, in the same unit: the upper end of its interval.
     pub hausdorff: Option<f64>,
     /// How it was made, as in the report of a single mesh.
     pub options: Option<Settings>,

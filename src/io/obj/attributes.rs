@@ -78,7 +78,7 @@ pub(crate) struct AttributeReader {
     corners: Vec<u32>,
     corner_uvs: CornerIndices,
     corner_normals: CornerIndices,
-    /// The same of the current face's corners, from 1; 0 for none.
+    /// Vertex, texture coordinates and normal of the current face's corners, from 1; 0 for none.
     face: Vec<[u32; 3]>,
 }
 

@@ -187,7 +187,7 @@ impl Mending<'_> {
         Ok(())
     }
 
-    /// Tries each triangle with a small angle once, the smallest first, but for those around which nothing
+    /// Tries each triangle with a small angle once, the smallest first, except for those around which nothing
     /// has changed since they were tried last.
     fn pass(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         let entry = |mesh: &StarMesh, t: u32| {

@@ -99,7 +99,7 @@ impl<'a> Charts<'a> {
         nearest.is_none_or(|nearest| nearest.distance_sq.sqrt() * self.size > reach)
     }
 
-    /// Triangles that hang together with `start` and come nearer than `reach`.
+    /// Triangles that are connected to `start` and come nearer than `reach`.
     fn around(&self, start: u32, middle: DVec3, reach: f64) -> Vec<u32> {
         let mut chart = vec![start];
         let mut known = std::collections::HashSet::from([start]);

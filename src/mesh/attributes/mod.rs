@@ -96,7 +96,7 @@ pub struct Attribute {
     pub components: usize,
     /// The numbers, those of the first vertex or triangle first.
     pub values: Vec<f64>,
-    /// Of labels with names, the name of label 0 and so on.
+    /// The names of labels, if they have any: that of label 0 first.
     pub names: Vec<String>,
 }
 
@@ -131,11 +131,11 @@ pub struct CornerUv {
 /// All attributes of a mesh.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Attributes {
-    /// Of the vertices.
+    /// Attributes of the vertices.
     pub vertex: Vec<Attribute>,
-    /// Of the triangles.
+    /// Attributes of the triangles.
     pub face: Vec<Attribute>,
-    /// Of the corners.
+    /// Texture coordinates of the corners.
     pub uv: Option<CornerUv>,
     /// The `mtllib` lines of an OBJ file, without that word.
     pub libraries: Vec<String>,

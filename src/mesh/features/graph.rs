@@ -15,7 +15,7 @@ pub(super) struct CurveEdge {
     pub(super) kind: CurveKind,
     /// Degrees by which the surface turns at the edge itself.
     pub(super) turn: f64,
-    /// The same between normals averaged over half a spacing on either side.
+    /// Degrees between the normals averaged over half a spacing on either side.
     pub(super) seen: f64,
     /// Whether it is on a curve.
     pub(super) on: bool,

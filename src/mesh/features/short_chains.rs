@@ -32,7 +32,7 @@ pub(super) fn discard_short_chains(graph: &mut Graph, spacing: f64, discarded: &
     discard_short(graph, spacing, discarded);
 }
 
-/// Whether a chain that ends at `vertex` ends at another one all the same, but for the width of a narrow
+/// Whether a chain that ends at `vertex` ends at another one all the same, except for the width of a narrow
 /// strip.
 fn ends_at_other(graph: &Graph, vertex: u32, spacing: f64) -> bool {
     let at = graph.points[vertex as usize];

@@ -15,8 +15,8 @@ use super::surface::FeatureSurface;
 
 /// A patch narrower than this many spacings is a strip.
 pub(super) const NARROW: f64 = 0.25;
-/// It is a step if it turns each way along at least this share of its boundary. No more of it may be other
-/// than sharp.
+/// A strip is a step if it turns each way along at least this fraction of its boundary. At most this fraction
+/// may be other than sharp.
 const EACH_WAY: f64 = 0.25;
 /// The sides of a chamfer turn less than this many degrees together.
 pub(super) const PLATE: f64 = 135.0;
@@ -25,7 +25,7 @@ pub(super) const PLATE: f64 = 135.0;
 #[derive(Debug, Clone, Default)]
 struct Strip {
     area: f64,
-    /// Its sharp edges, but for those that have the patch on both sides; ascending.
+    /// Its sharp edges, except for those that have the patch on both sides; ascending.
     boundary: Vec<Side>,
     /// Length of these where the surface turns down from it, and where it turns up.
     down: f64,

@@ -13,8 +13,8 @@ use crate::{Error, Result};
 /// Triangles lower than this share of the spacing take the normal of the one across their longest edge: their
 /// own is as much rounding of coordinates as it is the surface's.
 const NEEDLE: f64 = 1e-3;
-/// The same as a share of the bounding box's diagonal: with 32-bit coordinates the normal of such a triangle
-/// is right to 5 degrees.
+/// Triangles lower than this fraction of the bounding box's diagonal are needles as well: with 32-bit
+/// coordinates the normal of a triangle of this height is right to 5 degrees.
 const NEEDLE_OF_DIAGONAL: f64 = 1e-6;
 
 /// Triangles and half-edges with what the search needs of them.

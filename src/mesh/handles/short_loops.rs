@@ -79,8 +79,8 @@ impl Graph {
         (distance, before)
     }
 
-    /// The shortest loop through a root that does not divide the region, but for the way to it and back; with
-    /// its length.
+    /// The shortest loop through a root that does not divide the region, except for the way to it and back;
+    /// with its length.
     fn loop_through(&self, root: u32) -> Option<(f64, Vec<u32>)> {
         let (distance, before) = self.paths(root);
         let mut in_tree = vec![false; self.edges.len()];

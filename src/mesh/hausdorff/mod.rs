@@ -68,7 +68,7 @@ impl Effort {
 /// An interval that contains a distance, in the unit of the coordinates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Some point is at least so far away.
+    /// Some point is at least this far away.
     pub lower: f64,
     /// No point is farther away.
     pub upper: f64,

@@ -15,10 +15,10 @@ mod graph;
 mod split;
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest
-/// edges are halved. If no mesh of so few vertices can be reached without changing the topology or running
-/// through itself, one with more comes back: the least there is for 0, perhaps not for a number below what
-/// the topology needs. Vertices move along curves only, and corners not at all. Panics if an index is out of
-/// range.
+/// edges are halved. If no mesh with so few vertices can be reached without a change of topology or new
+/// self-intersections, one with more is returned: the smallest possible for 0, but perhaps not for a number
+/// below what the topology needs. Vertices move along curves only, and corners not at all. Panics if an index
+/// is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

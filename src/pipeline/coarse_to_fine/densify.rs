@@ -97,7 +97,7 @@ fn movable(sites: &SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell], c
 mod tests {
     use super::*;
 
-    /// A strip of `n` + 1 pairs of sites a unit apart, but for the pair 20, which is nearer to 21.
+    /// A strip of `n` + 1 pairs of sites a unit apart, except for the pair 20, which is nearer to 21.
     fn strip(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let at = |i: u32| f64::from(i) + if i == 20 { 0.3 } else { 0.0 };
         let positions =

@@ -100,9 +100,9 @@ pub(crate) struct DeviceSurface<'a> {
 
 /// The initial sites of a level.
 pub(crate) struct Start {
-    /// All of them, in Morton order.
+    /// All sites, in Morton order.
     pub sites: SitesOnSurface,
-    /// The same as the device needs them on surfaces with curves.
+    /// The sites in the form that the device needs on surfaces with curves.
     pub pinned: Option<PinnedSites>,
 }
 
@@ -113,7 +113,7 @@ pub(crate) struct Relaxed {
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,
-    /// Of the last iteration: faces that no site bounds within `WIDEST` spacings, walks that were stopped.
+    /// Counts in the last iteration: faces that no site bounds within `WIDEST` spacings, stopped walks.
     pub flags: FlagCounts,
 }
 

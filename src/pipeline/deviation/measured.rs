@@ -22,7 +22,7 @@ const FINER: u32 = 4;
 const CHUNK: usize = 256;
 /// Gap between the ends of the largest distance, relative to the upper one.
 pub(crate) const ACCURACY: f64 = 0.002;
-/// The same in diagonals.
+/// A gap between the ends of the largest distance that is always small enough, in diagonals.
 const LEAST_GAP: f64 = 5e-7;
 
 /// The surface that a mesh may not be far from.

@@ -123,7 +123,7 @@ impl KnownTriangles {
         }
     }
 
-    /// Forgets a triangle that has changed, but for where to search.
+    /// Forgets a triangle that has changed, except for where to search.
     pub fn forget(&mut self, t: u32) {
         let place = self.place[t as usize];
         if place != NONE {

@@ -13,8 +13,8 @@ const STEPS: usize = 150;
 const MOMENTUM: f32 = 0.96;
 /// How strongly the field keeps to the distances it began with, relative to bending; that sets its scale.
 const KEEPING: f32 = 0.004;
-/// Nodes are at least so far from the border, in nodes: nearly as far as those of smooth borders are.
-/// Without it, bulges shrink until they touch nodes.
+/// Minimum distance of nodes from the border, in nodes: nearly that of the nodes at smooth borders. Without
+/// it, bulges shrink until they touch nodes.
 const CLEARANCE: f32 = 0.035;
 /// Greatest eigenvalue of the sum of squared second differences: along each axis a second difference is at
 /// most 4, and so (4 + 4 + 4)² together.

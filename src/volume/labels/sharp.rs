@@ -16,7 +16,7 @@ const FLAT: usize = 5;
 /// This many nodes on either side of an edge have the distances of a box: the band's depth, and one more that
 /// second differences reach.
 const BESIDE: usize = 3;
-/// Nodes whose distance from the border is less than this have one of the other side next to them, be it
+/// Nodes whose distance from the border is less than this have one of the other side next to them, possibly
 /// along a diagonal.
 const NEXT: f32 = 1.3;
 /// The cosine of the angle between the normals of faces at a sharp edge is less than this.

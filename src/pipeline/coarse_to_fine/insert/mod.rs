@@ -178,8 +178,8 @@ impl Insertion<'_> {
         harmful
     }
 
-    /// Polishes, fits and mends a mesh again, but for what is `fixed`; returns where its vertices come from
-    /// if mending changed these.
+    /// Polishes, fits and mends a mesh again, except for what is `fixed`; returns where its vertices come
+    /// from if mending changed these.
     fn improve(&self, local: &mut ConstrainedMesh, fixed: Vec<bool>) -> Result<Vec<u32>> {
         let progress = &self.progress.silent();
         let target = &self.run.model.target;
