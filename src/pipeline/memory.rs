@@ -23,9 +23,9 @@ const RECORD_BYTES: u64 = 39;
 const LARGEST_OF_RECORD: u64 = 12;
 /// The part of [`TRIANGLE_BYTES`] in the largest buffer.
 const LARGEST_OF_TRIANGLE: u64 = 16;
-/// Device bytes for each site besides its lists and vectors, such as those for sorting, and more on surfaces
-/// with curves; as measured.
+/// Device bytes for each site in addition to its lists and vectors, such as those for sorting; as measured.
 const SITE_BYTES: u64 = 75;
+/// Further device bytes for each site on surfaces with curves; as measured.
 const PINNED_BYTES: u64 = 40;
 /// Halving long edges adds at most this many triangles for each site. Five suffice, except for slivers.
 pub(crate) const MOST_HALVED: usize = 16;
