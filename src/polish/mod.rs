@@ -175,18 +175,23 @@ pub(crate) fn is_fixed(half_edges: &HalfEdgeMesh, fixed: &[bool], v: usize) -> b
     half_edges.kind(v as u32) != VertexKind::Inner || fixed.get(v).copied().unwrap_or(false)
 }
 
+/// The cosine of the angle by which the mesh turns at the edge of `h`; `None` at a boundary.
+fn turn_cosine(half_edges: &HalfEdgeMesh, points: &[DVec3], h: u32) -> Option<f64> {
+    let normal = |h: u32| {
+        doubled_normal(half_edges.triangles[h as usize / 3].map(|v| points[v as usize])).normalize_or_zero()
+    };
+    half_edges.twin(h).map(|twin| normal(h).dot(normal(twin)))
+}
+
 /// The edges between held vertices at which the mesh turns.
 fn held_edges(half_edges: &HalfEdgeMesh, points: &[DVec3], held: &[bool]) -> Vec<(u32, u32)> {
     if held.is_empty() {
         return Vec::new();
     }
-    let normal = |h: u32| {
-        doubled_normal(half_edges.triangles[h as usize / 3].map(|v| points[v as usize])).normalize_or_zero()
-    };
-    let turns = |h: u32| half_edges.twin(h).is_some_and(|twin| normal(h).dot(normal(twin)) < FLAT);
     (0..half_edges.half_edge_count())
         .map(|h| (h, half_edges.origin(h), half_edges.origin(next(h))))
-        .filter(|(h, a, b)| held[*a as usize] && held[*b as usize] && turns(*h))
+        .filter(|(_, a, b)| held[*a as usize] && held[*b as usize])
+        .filter(|(h, ..)| turn_cosine(half_edges, points, *h).is_some_and(|cosine| cosine < FLAT))
         .map(|(_, a, b)| edge_key(a, b))
         .collect()
 }

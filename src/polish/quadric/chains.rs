@@ -3,7 +3,7 @@
 use glam::DVec3;
 use std::collections::BTreeMap;
 
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeSet, EdgeTable, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::polish::{ConstrainedMesh, CurveEdge, SlidingCurve};
 
@@ -12,8 +12,8 @@ const SHARP: f64 = 35.0;
 /// A chain ends where it bends by more degrees.
 const BEND: f64 = 50.0;
 
-/// Adds the chains of sharp edges of a mesh to its curves, and returns how many there are.
-pub(crate) fn add_ridges(constrained: &mut ConstrainedMesh) -> usize {
+/// Adds the chains of sharp edges of a mesh to its curves.
+pub(crate) fn add_ridges(constrained: &mut ConstrainedMesh) {
     let around = sharp_edges(constrained);
     let points = &constrained.mesh.vertices;
     let mut is_fixed = constrained.fixed.clone();
@@ -28,7 +28,7 @@ pub(crate) fn add_ridges(constrained: &mut ConstrainedMesh) -> usize {
     };
     let nodes: Vec<u32> = around.keys().copied().filter(|v| is_node(*v)).collect();
     let mut chains: Vec<Vec<u32>> = Vec::new();
-    let mut done = std::collections::HashSet::new();
+    let mut done = EdgeSet::new();
     let mut follow = |start: u32, next: u32, is_end: &dyn Fn(u32) -> bool| {
         let mut chain = vec![start, next];
         while let [.., before, at] = chain[..]
@@ -37,9 +37,9 @@ pub(crate) fn add_ridges(constrained: &mut ConstrainedMesh) -> usize {
             let Some(onward) = around[&at].iter().copied().find(|w| *w != before) else { break };
             chain.push(onward);
         }
-        let first = chain.windows(2).all(|edge| done.insert((edge[0].min(edge[1]), edge[0].max(edge[1]))));
+        let first = chain.windows(2).all(|edge| done.insert(edge_key(edge[0], edge[1])));
         if first {
-            chains.push(chain)
+            chains.push(chain);
         }
     };
     for v in &nodes {
@@ -53,12 +53,10 @@ pub(crate) fn add_ridges(constrained: &mut ConstrainedMesh) -> usize {
     }
     let is_loose = |v: &u32| around[v].len() == 1 && !is_fixed[*v as usize];
     chains.retain(|chain| chain.len() > 2 || !chain.iter().any(is_loose));
-    let count = chains.len();
     let points = points.clone();
     for chain in chains {
         add_chain(constrained, &points, &chain);
     }
-    count
 }
 
 fn add_chain(constrained: &mut ConstrainedMesh, points: &[DVec3], chain: &[u32]) {

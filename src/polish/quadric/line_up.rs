@@ -8,10 +8,9 @@ use super::flips::flip_edges;
 use super::{CellQuadric, WEIGHT};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
-use crate::mesh::triangle::doubled_normal;
 use crate::polish::locked::Locked;
 use crate::polish::relax::{CHUNK, undo_bad_moves, vertex_normal};
-use crate::polish::{ConstrainedMesh, Target, WORST_PASSES, is_fixed, worst};
+use crate::polish::{ConstrainedMesh, Target, WORST_PASSES, is_fixed, turn_cosine, worst};
 use crate::{ProgressToken, Result};
 
 /// Rounds of moves and flips.
@@ -90,9 +89,5 @@ fn neighbours_mean(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> DVec3
 
 /// Whether the mesh turns at an edge of a vertex.
 fn turns(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> bool {
-    let normal = |h: u32| {
-        doubled_normal(half_edges.triangles[h as usize / 3].map(|v| points[v as usize])).normalize_or_zero()
-    };
-    let is_sharp = |h: u32| half_edges.twin(h).is_some_and(|twin| normal(h).dot(normal(twin)) < FLAT);
-    half_edges.ring(v).any(is_sharp)
+    half_edges.ring(v).any(|h| turn_cosine(half_edges, points, h).is_some_and(|cosine| cosine < FLAT))
 }
