@@ -15,12 +15,13 @@ const SNAP: f64 = 1e-6;
 /// A bend farther from the chord than this many spacings gets a site.
 const MAX_STRAY: f64 = 0.03;
 /// A bend nearer than this many spacings to another bend with a site or to an end of the curve gets no site.
-const LEAST_GAP: f64 = 0.3;
-/// For a bend farther from the chord than this many spacings, as on ragged boundaries, [`RAGGED_GAP`]
-/// replaces [`LEAST_GAP`].
-const FAR_STRAY: f64 = 0.045;
+/// Shorter segments make slivers, and many of them, as around small holes, leave too few sites elsewhere.
+const LEAST_GAP: f64 = 0.5;
+/// For a bend farther from the chord than this many spacings, as in a notch, [`NOTCH_GAP`] replaces
+/// [`LEAST_GAP`].
+const FAR_STRAY: f64 = 0.15;
 /// The smaller gap, in spacings, that bends beyond [`FAR_STRAY`] must keep.
-const RAGGED_GAP: f64 = 0.05;
+const NOTCH_GAP: f64 = 0.25;
 /// Where more than two sheets meet, a bend may be this many times farther from the chord: borders of labels
 /// are round, and sites at all their bends would leave too few for the sheets.
 const AT_JUNCTIONS: f64 = 4.0;
@@ -253,7 +254,7 @@ fn split_at_bends<'a>(
     let cut_off = |arc_length: f64, stray: f64| {
         let spacing = spacing * curve.size(arc_length);
         let stray = if curve.sides > 2 { stray / AT_JUNCTIONS } else { stray };
-        let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
+        let gap = spacing * if stray > FAR_STRAY * spacing { NOTCH_GAP } else { LEAST_GAP };
         stray > MAX_STRAY * spacing && arc_length - from >= gap && to - arc_length >= gap
     };
     let worst = even

@@ -113,19 +113,19 @@ fn curves_of_one_edge_are_counted_as_they_are_divided() {
 
 #[test]
 fn a_loop_without_corners_has_at_least_three_sites() {
-    let disc = disc(40);
+    let disc = disc(160);
     let found = curves(&disc, 40.0, 0.3);
     assert_eq!((found.corner_count(), found.curve_count()), (0, 1));
-    let around = 80.0 * (std::f64::consts::PI / 40.0).sin();
+    let around = 320.0 * (std::f64::consts::PI / 160.0).sin();
     // Chords between 17 sites would be too far from the circle.
-    for (spacing, counts) in [(around / 40.0, 40..=40), (around / 17.0, 24..=40), (100.0, 3..=3)] {
+    for (spacing, counts) in [(around / 160.0, 160..=160), (around / 17.0, 24..=34), (100.0, 3..=3)] {
         let sites = sites(&disc, &found, spacing);
         let count = sites.positions.len();
         assert!(counts.contains(&count) && sites.segments.len() == count, "{count} for {spacing}");
         assert_eq!(found.count(spacing).sides, count, "a boundary has one side");
     }
     // With as many sites as edges they are the vertices.
-    let at_vertices = found.sites(around / 40.0);
+    let at_vertices = found.sites(around / 160.0);
     assert!(at_vertices.places.iter().all(|place| matches!(place, Place::Vertex(_))));
 }
 
@@ -199,15 +199,12 @@ fn merged_sites_are_told_apart() {
 
 #[test]
 fn bends_that_even_sites_cut_off_get_one() {
-    // A plane whose upper rim has a notch: three vertices within half a spacing.
+    // A plane whose upper rim has a notch, less than a spacing wide.
     let mut sheet = plane(40, 0.0);
     let spacing = 0.22;
-    let up = |p: &DVec3| (p.y - 1.0).abs() < 1e-9;
-    let notch: Vec<usize> = (0..sheet.vertices.len())
-        .filter(|v| up(&sheet.vertices[*v]) && (sheet.vertices[*v].x - 0.375).abs() < 0.03)
-        .collect();
-    assert!(!notch.is_empty());
-    notch.iter().for_each(|v| sheet.vertices[*v].y -= 0.012);
+    for v in sheet.vertices.iter_mut().filter(|v| (v.y - 1.0).abs() < 1e-9) {
+        v.y -= (0.04 - 0.4 * (v.x - 0.375).abs()).max(0.0);
+    }
     let found = curves(&sheet, 40.0, spacing);
     let sites = sites(&sheet, &found, spacing);
     let lowest = sites
@@ -216,20 +213,20 @@ fn bends_that_even_sites_cut_off_get_one() {
         .filter(|p| p.y > 0.5 && p.x > 0.1 && p.x < 0.9)
         .map(|p| p.y)
         .fold(1.0, f64::min);
-    assert!((lowest - 0.988).abs() < 1e-9, "the notch is cut off: {lowest}");
+    assert!((lowest - 0.96).abs() < 1e-9, "the notch is cut off: {lowest}");
     // Where nothing bends they stand as before.
     let low = sites.positions.iter().filter(|p| p.y.abs() < 1e-9).count();
     assert_eq!(low, 1 + (1.0_f64 / spacing).round() as usize);
 }
 
 #[test]
-fn ragged_boundaries_are_followed_closer_than_smooth_ones() {
-    // Teeth a third of a spacing wide on the rim of a disc.
+fn teeth_get_sites_though_these_are_close_together() {
+    // Teeth two thirds of a spacing wide on the rim of a disc.
     let spacing = 0.3;
     let rim = (0..7).flat_map(|tooth| {
         let begin = std::f64::consts::TAU * f64::from(tooth) / 7.0;
-        let teeth = [(0.0, 0.0), (0.06, 0.024), (0.12, 0.0)];
-        let rest = (2..9).map(|k| (0.1 * f64::from(k), 0.0));
+        let teeth = [(0.0, 0.0), (0.1, 0.056), (0.2, 0.0)];
+        let rest = (3..9).map(|k| (0.1 * f64::from(k), 0.0));
         teeth.into_iter().chain(rest).map(move |(way, height)| {
             (1.0 + height) * DVec3::new((begin + way).cos(), (begin + way).sin(), 0.0)
         })
@@ -247,6 +244,6 @@ fn ragged_boundaries_are_followed_closer_than_smooth_ones() {
             point.distance(a.lerp(b, share))
         };
         let nearest = sites.segments.iter().map(off).fold(f64::INFINITY, f64::min);
-        assert!(nearest <= 0.045 * spacing, "{point} is {nearest} off");
+        assert!(nearest <= 0.15 * spacing, "{point} is {nearest} off");
     }
 }
