@@ -55,6 +55,13 @@ const MUCH_FINER: f64 = 1.5;
 /// Vertices that splits may reach, over the number asked for.
 const MOST_SPLIT: usize = 8;
 
+/// Edge lengths of the finer meshes from which a mesh is made gradually, in spacings, one after the other.
+const GRADUAL: [f64; 4] = [0.25, 0.5, 0.7, 0.85];
+/// Rounds of all operations for each of them.
+const GRADUAL_ROUNDS: u32 = 2;
+/// Vertices that the finest of them may have, over the number asked for.
+const MOST_GRADUAL: usize = 32;
+
 /// What [`LocalSurface::remeshed`] is to make.
 #[derive(Debug, Clone, Copy)]
 pub struct LocalOptions {
@@ -64,6 +71,9 @@ pub struct LocalOptions {
     /// Whether operations are undone where they make triangles run into others that are near, but not around
     /// the same vertices, as at thin walls. Costs time.
     pub guarded: bool,
+    /// Whether much finer meshes come first, each coarsened to the next. Where edges are as long as the
+    /// surface is thick, this makes far better triangles from long needles; it takes several times as long.
+    pub gradual: bool,
 }
 
 /// A surface that is remeshed by local operations, perhaps several times: long needles are flipped away, long
@@ -143,9 +153,17 @@ impl<'a> LocalSurface<'a> {
             return Ok(mesh.into_constrained(polylines));
         }
         let guard = Guard { looks: options.guarded, progress };
+        if options.gradual {
+            let most = (MOST_GRADUAL * count).max(mesh.used());
+            for factor in GRADUAL {
+                for _ in 0..progress.at_most(0, GRADUAL_ROUNDS) {
+                    let length = factor * spacing;
+                    self.round(&mut mesh, (length, length, most), (target, guard))?;
+                }
+            }
+        }
         let mut before = None;
         for _ in 0..ROUNDS {
-            progress.poll()?;
             if progress.leave_out() {
                 return Ok(mesh.into_constrained(polylines));
             }
@@ -156,14 +174,7 @@ impl<'a> LocalSurface<'a> {
             }
             before = state;
             let most = (MOST_SPLIT * count).max(mesh.used());
-            mesh.split_long(LONG * length, most, polylines);
-            guard.run(&mut mesh, |mesh| {
-                mesh.space_curves(spacing, most, polylines);
-                mesh.collapse_short(SHORT * length, &Limits::regular(length), polylines, progress)?;
-                mesh.collapse_short(TINY * length, &Limits::of_details(length), polylines, progress)?;
-                mesh.flip(progress)?;
-                mesh.relax(target, polylines, progress)
-            })?;
+            self.round(&mut mesh, (length, spacing, most), (target, guard))?;
             mesh.refresh_sizes(surface, target, lengths);
             let ratio = (mesh.used() as f64 / count as f64).sqrt();
             length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
@@ -180,6 +191,25 @@ impl<'a> LocalSurface<'a> {
         })?;
         mesh.refresh_sizes(surface, target, lengths);
         Ok(mesh.into_constrained(polylines))
+    }
+
+    /// All operations once, for edges of this length, with the spacing along curves, up to `most` vertices.
+    fn round(
+        &self,
+        mesh: &mut StarMesh,
+        (length, on_curves, most): (f64, f64, usize),
+        (target, guard): (&Target, Guard),
+    ) -> Result<()> {
+        let (polylines, progress) = (&self.polylines, guard.progress);
+        progress.poll()?;
+        mesh.split_long(LONG * length, most, polylines);
+        guard.run(mesh, |mesh| {
+            mesh.space_curves(on_curves, most, polylines);
+            mesh.collapse_short(SHORT * length, &Limits::regular(length), polylines, progress)?;
+            mesh.collapse_short(TINY * length, &Limits::of_details(length), polylines, progress)?;
+            mesh.flip(progress)?;
+            mesh.relax(target, polylines, progress)
+        })
     }
 }
 

@@ -30,7 +30,7 @@ fn with_progress(
     LocalSurface::new(surface, &features, (&[], vertices), progress)?.remeshed(&target, &OPTIONS, progress)
 }
 
-const OPTIONS: LocalOptions = LocalOptions { longest: 1.06, guarded: false };
+const OPTIONS: LocalOptions = LocalOptions { longest: 1.06, guarded: false, gradual: false };
 
 /// What must not change.
 fn kind(t: &Topology) -> (usize, i64, usize, bool) {
@@ -221,7 +221,7 @@ fn lengths_that_differ_are_followed() {
     let lengths: Vec<f64> = surface.vertices.iter().map(|v| if v.z > 0.0 { 0.5 } else { 1.0 }).collect();
     let features = find_features(&surface, &FeatureOptions::new(0.1)).unwrap();
     let target = Target::new(&surface).in_patches(features.patches.clone());
-    let options = LocalOptions { longest: 1.5, guarded: false };
+    let options = LocalOptions { longest: 1.5, ..OPTIONS };
     let progress = ProgressToken::default();
     let start = LocalSurface::new(&surface, &features, (&lengths, 1000), &progress).unwrap();
     let made = start.remeshed(&target, &options, &progress).unwrap();
@@ -229,6 +229,37 @@ fn lengths_that_differ_are_followed() {
     let above = made.mesh.vertices.iter().filter(|v| v.z > 0.0).count();
     // Four times as many to a unit of area.
     assert!((700..870).contains(&above), "{above}");
+}
+
+#[test]
+fn rods_as_thin_as_an_edge_become_even_gradually() {
+    let rod = rod(96, 20.0);
+    let spacing = spacing_of(&rod, 40).unwrap();
+    let features = find_features(&rod, &FeatureOptions::new(spacing)).unwrap();
+    let target = Target::new(&rod).in_patches(features.patches.clone());
+    let progress = ProgressToken::default();
+    let start = LocalSurface::new(&rod, &features, (&[], 40), &progress).unwrap();
+    let [plain, gradual] = [false, true].map(|gradual| {
+        let made = start.remeshed(&target, &LocalOptions { gradual, ..OPTIONS }, &progress).unwrap().mesh;
+        assert_eq!(kind(&topology(&made)), kind(&topology(&rod)));
+        assert_eq!(made.vertices.len(), 40);
+        quality(&made).unwrap()
+    });
+    assert!(gradual.mean_quality > 0.7 && gradual.min_angle > 20.0, "{gradual:?}");
+    assert!(plain.mean_quality < 0.6, "{plain:?}");
+}
+
+/// A rod of radius 1 along z with so many sides, each of two needles.
+fn rod(sides: u32, length: f64) -> TriMesh {
+    let angle = |k: u32| std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+    let ring = |z: f64| (0..sides).map(move |k| DVec3::new(angle(k).cos(), angle(k).sin(), z));
+    let vertices = ring(0.0).chain(ring(length)).collect();
+    let side = |k: u32| {
+        let (a, b) = (k, (k + 1) % sides);
+        [[a, b, b + sides], [a, b + sides, a + sides]]
+    };
+    let ends = (1..sides - 1).flat_map(|k| [[0, k + 1, k], [sides, sides + k, sides + k + 1]]);
+    TriMesh { vertices, triangles: (0..sides).flat_map(side).chain(ends).collect() }
 }
 
 #[test]

@@ -6,8 +6,14 @@ use crate::{Error, Result};
 /// A component with at most this many vertices consists of corners, none of which can go without a change of
 /// its shape.
 const FEW: usize = 32;
-/// Vertices that show the shape of any other component: as many as an icosahedron has.
-const SHAPE: usize = 12;
+/// Vertices that show the shape of a compact component: as many as an icosahedron has.
+pub(super) const COMPACT: usize = 12;
+/// The most vertices that the shape of a component asks for.
+pub(super) const MOST_FOR_SHAPE: usize = 64;
+/// The shape of a component that would need more than this many is a plate's, which no such number shows.
+pub(super) const OF_PLATES: usize = 256;
+/// Beyond [`FEW`] for each, shapes get at most this share of all vertices.
+const SHARE_FOR_SHAPES: f64 = 0.1;
 /// Components that would get at least this many vertices by area keep half of them, whatever others need.
 pub(super) const SMALL: f64 = 32.0;
 
@@ -18,6 +24,8 @@ pub(super) struct Claim {
     pub area: f64,
     /// Vertices of the component in the input.
     pub vertices: usize,
+    /// Vertices that show its shape: more for long and thin ones.
+    pub shape: usize,
     /// The least number of vertices that its topology allows, or 0 if that is not known.
     pub least: usize,
 }
@@ -31,13 +39,15 @@ pub(super) fn allot(claims: &[Claim], count: usize) -> Result<Vec<usize>> {
     let whole: f64 = claims.iter().map(|claim| claim.area).sum();
     let floor = |claim: &Claim, most: usize| {
         let share = count as f64 * claim.area / whole;
-        let shape = if claim.vertices <= FEW { claim.vertices } else { SHAPE };
+        let shape = if claim.vertices <= FEW { claim.vertices } else { claim.shape.min(claim.vertices) };
         let half = if share >= SMALL { (0.5 * share) as usize } else { 0 };
         claim.least.max(shape.min(most)).max(half)
     };
-    for most in (0..=FEW).rev() {
+    for most in (0..=MOST_FOR_SHAPE).rev() {
         let floors: Vec<usize> = claims.iter().map(|claim| floor(claim, most)).collect();
-        if floors.iter().sum::<usize>() <= count {
+        let for_shapes: usize = claims.iter().map(|claim| claim.shape.min(most).saturating_sub(FEW)).sum();
+        let is_much = for_shapes as f64 > SHARE_FOR_SHAPES * count as f64;
+        if !is_much && floors.iter().sum::<usize>() <= count {
             return Ok(above_floors(claims, &floors, count));
         }
     }
@@ -103,7 +113,7 @@ mod tests {
     use super::*;
 
     fn claim(area: f64, vertices: usize) -> Claim {
-        Claim { area, vertices, least: 0 }
+        Claim { area, vertices, shape: COMPACT, least: 0 }
     }
 
     #[test]
@@ -120,6 +130,18 @@ mod tests {
     }
 
     #[test]
+    fn shapes_get_more_than_their_share_as_far_as_that_is_little() {
+        let thin = Claim { shape: 50, ..claim(1.0, 500) };
+        assert_eq!(allot(&[claim(1000.0, 5000), thin], 5000).unwrap(), [4950, 50]);
+        // Twenty of them may have a tenth of the vertices beyond 32 for each.
+        let mut claims = vec![thin; 20];
+        claims.push(claim(1000.0, 5000));
+        let counts = allot(&claims, 2000).unwrap();
+        assert_eq!(counts[..20], [42; 20]);
+        assert_eq!(counts.iter().sum::<usize>(), 2000);
+    }
+
+    #[test]
     fn a_large_component_keeps_half_of_its_share() {
         let mut claims = vec![claim(1.0, 8); 40];
         claims.push(claim(1000.0, 5000));
@@ -131,10 +153,10 @@ mod tests {
 
     #[test]
     fn the_topology_comes_first() {
-        let claim = |least| Claim { area: 1.0, vertices: 100, least };
+        let claim = |least| Claim { area: 1.0, vertices: 100, shape: COMPACT, least };
         assert_eq!(allot(&[claim(4), claim(20)], 24).unwrap(), [4, 20]);
         let error = allot(&[claim(4), claim(20)], 23).unwrap_err();
         assert!(error.to_string().contains("ask for 24 vertices"), "{error}");
-        assert!(allot(&[Claim { area: 0.0, vertices: 3, least: 3 }], 10).unwrap() == [10]);
+        assert!(allot(&[Claim { area: 0.0, vertices: 3, shape: COMPACT, least: 3 }], 10).unwrap() == [10]);
     }
 }

@@ -1,7 +1,8 @@
 //! The components of the input: how many vertices each gets, and which of them are too small for cells.
 
-use super::allot::{Claim, SMALL, allot, too_few};
+use super::allot::{COMPACT, Claim, MOST_FOR_SHAPE, OF_PLATES, SMALL, allot, too_few};
 use super::remesh::{ComponentTarget, least_vertices, remesh_component};
+use crate::measure::{relative_volume, triangle_bounds};
 use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::submesh::{append, extract};
@@ -89,8 +90,12 @@ impl Components {
         let parts: Vec<Part> =
             small.iter().zip(&of_small).map(|(part, of)| Part::new(of, self.areas[*part])).collect();
         let mut claims: Vec<Claim> = (0..self.count())
-            .map(|part| Claim { area: self.areas[part], vertices: self.vertices(mesh, part), least: 0 })
+            .map(|part| {
+                let vertices = self.vertices(mesh, part);
+                Claim { area: self.areas[part], vertices, shape: COMPACT, least: 0 }
+            })
             .collect();
+        small.iter().zip(&of_small).for_each(|(part, of)| claims[*part].shape = shape_vertices(of));
         claims[largest].least = claims[largest].vertices.min(ENOUGH);
         let of_large = |counts: &[usize]| large.iter().map(|part| counts[*part]).sum::<usize>();
         let counts_of = |counts: &[usize]| small.iter().map(|part| counts[*part]).collect::<Vec<usize>>();
@@ -347,12 +352,31 @@ fn remesh_each(
     Ok(Remeshed { counts, meshes })
 }
 
+/// Vertices that show the shape of a surface. A closed one of volume V and area A is about as thick as a rod
+/// of radius 2 V / A, and edges may be as long as the sides of a triangle inscribed in that.
+fn shape_vertices(surface: &TriMesh) -> usize {
+    if topology(surface).boundary_edges > 0 {
+        return COMPACT;
+    }
+    let (lo, hi) = triangle_bounds(surface);
+    let volume = relative_volume(surface).abs() * (hi - lo).element_product();
+    let area = surface.area();
+    let side = 3f64.sqrt() * 2.0 * volume / area;
+    let needed = 2.0 * area / (3f64.sqrt() * side * side);
+    if needed > OF_PLATES as f64 { COMPACT } else { (needed as usize).clamp(COMPACT, MOST_FOR_SHAPE) }
+}
+
 /// The components remeshed, each with its share of the vertices, or with more if a small one needs them.
 ///
 /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
 /// [`crate::Error::Cancelled`].
 fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> {
-    let claim = |part: &Part| Claim { area: part.area, vertices: part.surface.vertices.len(), least: 0 };
+    let claim = |part: &Part| Claim {
+        area: part.area,
+        vertices: part.surface.vertices.len(),
+        shape: shape_vertices(part.surface),
+        least: 0,
+    };
     let mut claims: Vec<Claim> = parts.iter().map(claim).collect();
     let counts = allot(&claims, target.vertices)?;
     let remeshed = remesh_each(parts, counts, Remeshed::default(), target)?;

@@ -4,6 +4,7 @@ use crate::local::{LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
+use crate::mesh::quality::quality;
 use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::{Topology, topology};
@@ -89,6 +90,10 @@ const RINGS: u32 = 2;
 /// A simplified mesh with more vertices, and more than twice those asked for, is not polished, since it tells
 /// only how many there must be.
 const FEW: usize = 1000;
+/// A small mesh whose smallest angle is below this many degrees before the polish is made once more, gradually.
+const POOR: f64 = 25.0;
+/// Meshes with more vertices are not, since that takes too long.
+const MOST_GRADUAL: usize = 300;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
 const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
@@ -174,7 +179,7 @@ fn remesh_locally(
         if progress.leave_out() {
             break;
         }
-        let local = start.remeshed(&on, &LocalOptions { longest, guarded }, progress)?;
+        let local = well_shaped(&start, (longest, guarded), &on, target, progress)?;
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
@@ -195,6 +200,27 @@ fn remesh_locally(
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
     best.map(|(_, local)| mend_component(local, &before, &on, target, progress)).transpose()
+}
+
+/// The surface remeshed by local operations. If that makes a small angle, and there are few vertices, it is
+/// made gradually as well, and the better one is taken.
+fn well_shaped(
+    start: &LocalSurface,
+    (longest, guarded): (f64, bool),
+    on: &Target,
+    target: &ComponentTarget,
+    progress: &ProgressToken,
+) -> Result<ConstrainedMesh> {
+    let make = |gradual| start.remeshed(on, &LocalOptions { longest, guarded, gradual }, progress);
+    let smallest = |made: &ConstrainedMesh| quality(&made.mesh).map_or(0.0, |quality| quality.min_angle);
+    let plain = make(false)?;
+    if target.vertices > MOST_GRADUAL || smallest(&plain) >= POOR || progress.leave_out() {
+        return Ok(plain);
+    }
+    let gradual = make(true)?;
+    let is_better = gradual.mesh.vertices.len() == target.vertices
+        && (plain.mesh.vertices.len() != target.vertices || smallest(&gradual) > smallest(&plain));
+    Ok(if is_better { gradual } else { plain })
 }
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
