@@ -1,7 +1,6 @@
 //! Edge collapses that keep the topology, the curves and the shape.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
@@ -162,8 +161,7 @@ impl StarMesh {
             let length = mesh.relative_length(a, b);
             (length < shortest).then(|| Reverse((length.to_bits(), (a.min(b), a.max(b)))))
         };
-        let mut edges: BinaryHeap<Entry> =
-            self.edges().into_iter().filter_map(|(a, b)| entry(self, a, b)).collect();
+        let mut edges = self.queue(entry);
         let mut polls = 0;
         while self.used() > count {
             let Some(Reverse((bits, (a, b)))) = edges.pop() else { return Ok(()) };
@@ -321,16 +319,19 @@ impl StarMesh {
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
         let moved = || self.moved(gone, kept).chain(self.moved(kept, gone));
         // Where a triangle is lower already, even one of those that go, others may become as low.
-        let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
-        let heights = around.map(|t| height_of(self.corners(self.triangles[*t as usize])));
-        let least_height = heights.fold(limits.height, f64::min);
+        let least_height = || {
+            let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
+            around.map(|t| height_of(self.corners(self.triangles[*t as usize]))).fold(limits.height, f64::min)
+        };
+        let mut least = None;
         for (_, triangle) in moved() {
             let [old, new] = [self.corners(triangle), triangle.map(at)];
             let [n, m] = [old, new].map(doubled_normal);
             if n.dot(m) < limits.cosine * n.length() * m.length() {
                 return false;
             }
-            if height_of(new) < least_height {
+            let height = height_of(new);
+            if height < limits.height && height < *least.get_or_insert_with(least_height) {
                 return false;
             }
             let [long, longer] = [old, new].map(longest_side);

@@ -1,7 +1,6 @@
 //! Edge splits.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
@@ -43,8 +42,7 @@ impl StarMesh {
         if self.used() >= most {
             return;
         }
-        let mut edges: BinaryHeap<Entry> =
-            self.edges().into_iter().filter_map(|(a, b)| entry(self, a, b)).collect();
+        let mut edges = self.queue(entry);
         while self.used() < most {
             let Some((_, Reverse((a, b)))) = edges.pop() else { return };
             if !self.has_edge(a, b) {

@@ -1,6 +1,9 @@
 //! Triangles with those around each vertex: any mesh, manifold or not.
 
+use std::collections::BinaryHeap;
+
 use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
 
 use super::curve_edges::{CurveEdges, CurvePart};
 use crate::TriMesh;
@@ -168,7 +171,26 @@ impl StarMesh {
 
     /// All edges, each once, the smaller vertex first; ascending.
     pub fn edges(&self) -> Vec<(u32, u32)> {
-        edges_of(self.alive())
+        let mut edges = Vec::with_capacity(3 * self.triangles.len() / 2);
+        let mut ends: Vec<u32> = Vec::new();
+        for (v, star) in (0u32..).zip(&self.star) {
+            ends.clear();
+            ends.extend(star.iter().flat_map(|t| self.triangles[*t as usize]).filter(|w| *w > v));
+            ends.sort_unstable();
+            ends.dedup();
+            edges.extend(ends.iter().map(|w| (v, *w)));
+        }
+        edges
+    }
+
+    /// A queue of the edges, each once, the smaller vertex first, for which `entry` gives a value.
+    pub fn queue<T: Ord + Send>(&self, entry: impl Fn(&Self, u32, u32) -> Option<T>) -> BinaryHeap<T> {
+        // Mostly few have one, so that only these are sorted.
+        let sides = self.alive().flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]);
+        let mut entries: Vec<T> = sides.filter_map(|(a, b)| entry(self, a.min(b), a.max(b))).collect();
+        entries.par_sort_unstable();
+        entries.dedup();
+        entries.into()
     }
 
     /// The relative target length of an edge.
@@ -308,11 +330,11 @@ impl StarMesh {
     }
 }
 
-/// The edges of some triangles, as [`StarMesh::edges`] gives them.
+/// The edges of some triangles, each once, the smaller vertex first; ascending.
 pub(super) fn edges_of(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<(u32, u32)> {
     let mut edges: Vec<(u32, u32)> =
         triangles.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| (a.min(b), a.max(b))).collect();
-    rayon::slice::ParallelSliceMut::par_sort_unstable(edges.as_mut_slice());
+    edges.par_sort_unstable();
     edges.dedup();
     edges
 }
