@@ -94,12 +94,33 @@ impl AngleCost {
         mesh.alive().map(|t| self.of(mesh.corners(t))).sum()
     }
 
-    /// What the triangles around a vertex cost if it were at `to`.
-    pub fn around(&self, mesh: &StarMesh, v: u32, to: DVec3) -> f64 {
-        let corners =
-            |t: &u32| mesh.triangles[*t as usize].map(|w| if w == v { to } else { mesh.points[w as usize] });
-        mesh.star[v as usize].iter().map(|t| self.of(corners(t))).sum()
+    /// What the triangles between a vertex at `to` and these sides around it cost, if it is less than `most`.
+    pub fn around_below(&self, sides: &[[DVec3; 2]], to: DVec3, most: f64) -> Option<f64> {
+        let mut sum = 0.0;
+        for [p, q] in sides {
+            sum += self.of([to, *p, *q]);
+            // No triangle costs less than nothing.
+            if sum >= most {
+                return None;
+            }
+        }
+        (sum < most).then_some(sum)
     }
+
+    /// What the triangles between a vertex at `to` and these sides around it cost.
+    pub fn around(&self, sides: &[[DVec3; 2]], to: DVec3) -> f64 {
+        sides.iter().map(|[p, q]| self.of([to, *p, *q])).sum()
+    }
+}
+
+/// The sides of the triangles around a vertex that are opposite to it, in the direction of the triangles.
+pub(super) fn sides_around(mesh: &StarMesh, v: u32) -> Vec<[DVec3; 2]> {
+    let opposite = |t: &u32| {
+        let triangle = mesh.triangles[*t as usize];
+        let k = triangle.iter().position(|w| *w == v).unwrap_or(0);
+        [1, 2].map(|next| mesh.points[triangle[(k + next) % 3] as usize])
+    };
+    mesh.star[v as usize].iter().map(opposite).collect()
 }
 
 /// The largest angle of a triangle in radians; 180 degrees if it has no area.

@@ -104,6 +104,8 @@ impl Mending<'_> {
 
     /// Flips edges and moves vertices where that is better.
     pub fn settle(&self, mesh: &mut StarMesh) {
+        // Around the others nothing has changed since they were tried in vain.
+        let mut untried = vec![true; mesh.points.len()];
         for _ in 0..ROUNDS {
             let mut changes = 0;
             for t in 0..mesh.triangles.len() {
@@ -112,23 +114,29 @@ impl Mending<'_> {
                     continue;
                 }
                 for (a, b) in [(a, b), (b, c), (c, a)] {
-                    if mesh.triangles[t].contains(&a) && mesh.triangles[t].contains(&b) {
-                        changes += usize::from(self.flip_if_better(mesh, a, b));
+                    if mesh.triangles[t].contains(&a)
+                        && mesh.triangles[t].contains(&b)
+                        && let Some(ring) = self.flip_if_better(mesh, a, b)
+                    {
+                        ring.into_iter().for_each(|v| untried[v as usize] = true);
+                        changes += 1;
                     }
                 }
             }
-            changes += self.smooth(mesh);
+            changes += self.smooth(mesh, &mut untried);
             if changes == 0 {
                 return;
             }
         }
     }
 
-    fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
-        let Some(Diamond { ring: [a, b, c, d], .. }) = mesh.diamond(a, b) else { return false };
+    /// Flips an edge where that is better; returns the four vertices then.
+    fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) -> Option<[u32; 4]> {
+        let Diamond { ring: ring @ [a, b, c, d], .. } = mesh.diamond(a, b)?;
         let cost = |pair: [[u32; 3]; 2]| {
             pair.iter().map(|triangle| self.cost.of(mesh.corners(*triangle))).sum::<f64>()
         };
-        cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN && mesh.turn_edge(a, b)
+        let is_better = cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN;
+        (is_better && mesh.turn_edge(a, b)).then_some(ring)
     }
 }

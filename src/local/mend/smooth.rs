@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::Mending;
+use super::angle_cost::sides_around;
 use crate::local::curve_edges::CurvePart;
 use crate::local::star_mesh::{Place, StarMesh};
 
@@ -19,26 +20,32 @@ const MIN_GAIN: f64 = 1e-5;
 const TIP: f64 = 0.3;
 
 impl Mending<'_> {
-    /// Moves every vertex that is not frozen and has bad angles around it once; returns how many moved.
-    pub fn smooth(&self, mesh: &mut StarMesh) -> usize {
+    /// Moves every vertex of those that are `untried`, not frozen, and have bad angles around them once;
+    /// returns how many moved. Those around one that moved are untried again.
+    pub fn smooth(&self, mesh: &mut StarMesh, untried: &mut [bool]) -> usize {
         let mut moves = 0;
         for v in 0..mesh.points.len() as u32 {
-            if mesh.is_frozen(v) || !mesh.is_used(v) {
+            if !std::mem::take(&mut untried[v as usize]) || mesh.is_frozen(v) || !mesh.is_used(v) {
                 continue;
             }
-            moves += usize::from(match mesh.places[v as usize] {
+            let has_moved = match mesh.places[v as usize] {
                 Place::Inside => self.move_inside(mesh, v),
                 Place::Curve => self.move_along(mesh, v),
                 Place::Corner => false,
-            });
+            };
+            if has_moved {
+                moves += 1;
+                untried[v as usize] = true;
+                mesh.neighbours(v).into_iter().for_each(|w| untried[w as usize] = true);
+            }
         }
         moves
     }
 
     fn move_inside(&self, mesh: &mut StarMesh, v: u32) -> bool {
         let here = mesh.points[v as usize];
-        let cost = |to: DVec3| self.cost.around(mesh, v, to);
-        let start = cost(here);
+        let sides = sides_around(mesh, v);
+        let start = self.cost.around(&sides, here);
         if start < MIN_GAIN {
             return false;
         }
@@ -56,8 +63,7 @@ impl Mending<'_> {
             for k in 0..DIRECTIONS {
                 let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(DIRECTIONS)).sin_cos();
                 let trial = to + (across * cos + along * sin) * step;
-                let reached = cost(trial);
-                if reached < best {
+                if let Some(reached) = self.cost.around_below(&sides, trial, best) {
                     (to, best) = (trial, reached);
                 }
             }
@@ -71,7 +77,7 @@ impl Mending<'_> {
         let height = self.height(mesh, v, up, patch);
         let Some(below) = self.target.closest(to, up, patch, &mut rank) else { return false };
         let to = below + height * up;
-        if self.cost.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
+        if self.cost.around(&sides, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
             mesh.points[v as usize] = to;
             mesh.ranks[v as usize] = rank;
             return true;
@@ -98,7 +104,8 @@ impl Mending<'_> {
     }
 
     fn move_along(&self, mesh: &mut StarMesh, v: u32) -> bool {
-        let start = self.cost.around(mesh, v, mesh.points[v as usize]);
+        let sides = sides_around(mesh, v);
+        let start = self.cost.around(&sides, mesh.points[v as usize]);
         if start < MIN_GAIN {
             return false;
         }
@@ -114,14 +121,14 @@ impl Mending<'_> {
             for part in [there, other] {
                 let shift = share * (part.to - part.from);
                 let to = line.at(there.from + shift).0;
-                let reached = self.cost.around(mesh, v, to);
+                let Some(reached) = self.cost.around_below(&sides, to, best.0) else { continue };
                 let strays = || {
                     [there, other].iter().any(|part| {
                         let deviation = moved(*part, shift).deviation(self.polylines);
                         deviation > (stray * mesh.size(v, w)).max(part.deviation(self.polylines))
                     })
                 };
-                if reached < best.0 && !mesh.folds(v, to, DVec3::ZERO) && !strays() {
+                if !mesh.folds(v, to, DVec3::ZERO) && !strays() {
                     best = (reached, shift);
                 }
             }
