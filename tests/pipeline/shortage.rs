@@ -1,9 +1,9 @@
 //! Whole runs with barely enough vertices, or too few.
 
 use crate::support::generators::Shape;
-use crate::support::shapes::{cube, globe, moved, union};
+use crate::support::shapes::{cube, globe, moved, torus, union};
 use crate::support::{assert_valid, device, faults};
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -244,6 +244,24 @@ fn local_operations_alone_do_the_same_work() {
         );
         assert_eq!(result.summary.iterations, 0);
     }
+}
+
+#[test]
+fn local_operations_go_on_where_the_input_runs_through_itself() {
+    // A tube along a figure of eight, coarser than the result, which has more faces where it crosses itself.
+    let eight = moved(&torus(40, 12), |v| {
+        let around = v.truncate();
+        let (along, out) = (around.to_angle(), (around.length() - 1.0) / 4.0);
+        let tangent = DVec2::new(along.cos(), (2.0 * along).cos()).normalize();
+        let at = DVec2::new(along.sin(), along.sin() * along.cos()) + out * DVec2::new(tangent.y, -tangent.x);
+        at.extend(v.z / 4.0)
+    });
+    let result = remesh(device(), &eight, &Options::new(3000).local(true)).unwrap();
+    let output = &result.summary.output;
+    assert!(output.quality.mean_quality > 0.9, "{:?}", output.quality);
+    assert!(output.self_intersecting_faces > Some(0));
+    let kind = [&result.mesh, &eight].map(topology).map(|t| (t.components, t.euler, t.boundary_loops));
+    assert_eq!((kind[0], result.mesh.vertices.len()), (kind[1], 3000));
 }
 
 #[test]

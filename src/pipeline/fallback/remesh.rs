@@ -7,6 +7,7 @@ use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::quality::quality;
 use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
 use crate::mesh::sizing::SizeField;
+use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
@@ -16,6 +17,7 @@ use crate::polish::{ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOp
 use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::cell::OnceCell;
 
 /// What is to be made of a component, and how.
 #[derive(Debug, Clone, Copy)]
@@ -166,10 +168,10 @@ fn remesh_locally(
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
-    let most = intersecting_in_units(surface, target.frame, progress)?.len();
+    let before = Before::new(surface, before);
     let mut best: Option<(f64, ConstrainedMesh)> = None;
-    let handles = before.euler.unsigned_abs() as usize / 2;
-    let has_many_handles = before.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
+    let handles = before.topology.euler.unsigned_abs() as usize / 2;
+    let has_many_handles = before.topology.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
     let (mut guarded, mut refused) = (has_many_handles, None);
     for longest in TRIES {
         // That would be the same once more.
@@ -183,7 +185,7 @@ fn remesh_locally(
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
-        let Some(local) = polish_component(local, (&before, most), &on, target, progress)? else {
+        let Some(local) = polish_component(local, &before, &on, target, progress)? else {
             refused = Some((longest, guarded));
             guarded = true;
             continue;
@@ -199,7 +201,44 @@ fn remesh_locally(
         }
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
-    best.map(|(_, local)| mend_component(local, &before, &on, target, progress)).transpose()
+    best.map(|(_, local)| mend_component(local, &before.topology, &on, target, progress)).transpose()
+}
+
+/// What a mesh made of a surface is compared with.
+struct Before<'a> {
+    surface: &'a TriMesh,
+    topology: Topology,
+    /// Faces of the surface that intersect others, found when they are first asked for: mostly a mesh has
+    /// none. `None` if there are none.
+    intersecting: OnceCell<Option<Bvh>>,
+}
+
+impl<'a> Before<'a> {
+    fn new(surface: &'a TriMesh, topology: Topology) -> Self {
+        Self { surface, topology, intersecting: OnceCell::new() }
+    }
+
+    /// The faces of a mesh that intersect others where those of the surface do not. The finer a mesh is, the
+    /// more of its faces run through others where the surface does.
+    fn new_crossings(&self, mesh: &TriMesh, target: &ComponentTarget) -> Result<Vec<u32>> {
+        let mut crossing = intersecting_in_units(mesh, target.frame, target.progress)?;
+        if crossing.is_empty() {
+            return Ok(crossing);
+        }
+        if self.intersecting.get().is_none() {
+            let faces = intersecting_in_units(self.surface, target.frame, target.progress)?;
+            let tree = (!faces.is_empty()).then(|| Bvh::new(&extract(self.surface, &faces)));
+            // Another call cannot have come between.
+            self.intersecting.get_or_init(|| tree);
+        }
+        if let Some(Some(tree)) = self.intersecting.get() {
+            crossing.retain(|t| {
+                let middle = mesh.corners(*t as usize).into_iter().sum::<DVec3>() / 3.0;
+                tree.closest(middle).is_none_or(|found| found.distance_sq > target.spacing.powi(2))
+            });
+        }
+        Ok(crossing)
+    }
 }
 
 /// The surface remeshed by local operations. If that makes a small angle, and there are few vertices, it is
@@ -261,16 +300,16 @@ fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3>
 /// where they would, vertices stay. `None` if they do so from the beginning.
 fn polish_component(
     local: ConstrainedMesh,
-    (before, most): (&Topology, usize),
+    before: &Before,
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<ConstrainedMesh>> {
     let mut fixed = local.fixed.clone();
-    // The faces that intersect, if they are more than before or the topology is another.
+    // The faces that intersect where none did, if there are any or the topology is another.
     let crossing_in = |mesh: &TriMesh| -> Result<Option<Vec<u32>>> {
-        let crossing = intersecting_in_units(mesh, target.frame, progress)?;
-        let is_sound = crossing.len() <= most && topology(mesh).matches(before);
+        let crossing = before.new_crossings(mesh, target)?;
+        let is_sound = crossing.is_empty() && topology(mesh).matches(&before.topology);
         Ok((!is_sound).then_some(crossing))
     };
     // After the last of the steps that leaves it sound.
