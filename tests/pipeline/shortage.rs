@@ -70,6 +70,13 @@ fn a_faulty_result_is_refused_if_asked_for_and_vertices_added() {
 }
 
 #[test]
+fn vertices_are_added_until_they_suffice_for_the_curves_that_finer_edges_show() {
+    let plate = Shape::Plate { holes: 20, thickness: 0.05 / 3.0, parts: 1, rounds: 0 }.mesh();
+    let added = run(&plate, 30, Shortage::AddVertices).unwrap();
+    assert_like(&plate, &added, added.mesh.vertices.len());
+}
+
+#[test]
 fn with_best_effort_it_comes_out_with_warnings() {
     let result = with_a_line(20, Shortage::BestEffort).unwrap();
     assert!(!result.mesh.triangles.is_empty());

@@ -97,8 +97,14 @@ impl Runner<'_, '_> {
     }
 
     /// The first outcome that is not refused with more vertices than this one has; or, if there is none, the
-    /// first of all of them that is not refused once it is repaired; or this one.
-    fn with_more_vertices(&mut self, first: Outcome, fallback: &Fallback, seed: u64) -> Result<Outcome> {
+    /// first of all of them that is not refused once it is repaired or made by local operations; or this
+    /// one.
+    fn with_more_vertices(
+        &mut self,
+        first: Outcome,
+        fallback: &Fallback,
+        (features, seed): (FeatureSummary, u64),
+    ) -> Result<Outcome> {
         let (vertices, mut more) = (first.vertices, first.vertices);
         let mut refused = vec![first];
         loop {
@@ -106,12 +112,14 @@ impl Runner<'_, '_> {
             if more > (MOST_GROWTH * vertices).max(FEW) || self.progress.leave_out() {
                 break;
             }
-            let model = self.model_for(more)?;
-            let outcome = self.attempt(&model, more, seed)?;
-            if !outcome.is_refused() {
-                return Ok(outcome);
+            let attempted = self.model_for(more).and_then(|model| self.attempt(&model, more, seed));
+            match attempted {
+                Ok(outcome) if !outcome.is_refused() => return Ok(outcome),
+                Ok(outcome) => refused.push(outcome),
+                // Finer edges may show more curves, for which these are too few vertices again.
+                Err(Error::Usage { .. }) => {}
+                Err(error) => return Err(error),
             }
-            refused.push(outcome);
         }
         for outcome in &refused {
             if self.progress.leave_out() {
@@ -120,6 +128,16 @@ impl Runner<'_, '_> {
             let repaired = self.progress.during(|progress| fallback.repaired(outcome, progress))?;
             if let Some(repaired) = repaired.filter(|repaired| !repaired.is_refused()) {
                 return Ok(repaired);
+            }
+            if !self.shared.context.may_simplify() {
+                continue;
+            }
+            let whole = |progress: &_| fallback.whole(features, outcome.vertices, progress);
+            match self.progress.during(whole) {
+                Ok(whole) if !whole.is_refused() => return Ok(whole),
+                // Others have more vertices.
+                Ok(_) | Err(Error::Usage { .. }) => {}
+                Err(error) => return Err(error),
             }
         }
         Ok(refused.swap_remove(0))
@@ -201,7 +219,7 @@ impl Attempts<'_> {
         // If vertices may be added, even triangles come first.
         let first = match shortage {
             Shortage::AddVertices if first.is_refused() => {
-                let outcome = runner.with_more_vertices(first, &fallback, seed)?;
+                let outcome = runner.with_more_vertices(first, &fallback, (features, seed))?;
                 Outcome { attempts: runner.attempts, ..outcome }
             }
             _ => first,

@@ -30,8 +30,9 @@ impl Fallback<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
-        // Local operations do not know the user's curves.
-        if !self.context.plan.curves.is_empty() {
+        // Local operations do not know the user's curves, and what they made has no sites.
+        let has_sites = faulty.sites.triangles.len() >= faulty.mesh.vertices.len();
+        if !self.context.plan.curves.is_empty() || !has_sites {
             return Ok(None);
         }
         let surface = self.context.surface.mesh();
