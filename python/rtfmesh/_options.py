@@ -121,7 +121,8 @@ class Options(TypedDict, total=False):
     no_attributes: bool | None
     """Leave out colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None
-    """Finish within about this time with the best mesh found by then [default: none]."""
+    """Finish within about this time with the best mesh found by then [default: none]. If not even the input
+    is read by then, the run fails."""
     accuracy: float | None
     """Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]. Relative to the
     upper end. Gaps below 5e-7 of the diagonal always count as converged."""

@@ -7,8 +7,11 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::io::Patience;
 use rtfmesh::{Error, Flow, Phase, Progress, ProgressToken, Summary, WarningCode};
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 /// Exit code of a run that was stopped, as shells have it for Ctrl-C.
@@ -20,6 +23,10 @@ const GRACE: Duration = Duration::from_millis(500);
 const SAFETY: f64 = 1.3;
 /// The fraction of the time limit that a surface through points or in a volume may take.
 const SURFACE: f64 = 0.5;
+/// How often to look whether to wait for a file any longer.
+const LOOK: Duration = Duration::from_millis(50);
+/// Reading may go on for this long beyond the time limit: a pipe says itself who is late.
+const LATE: Duration = Duration::from_millis(200);
 /// Steps of the bar.
 const STEPS: f64 = 10_000.0;
 
@@ -56,6 +63,8 @@ pub struct ProgressArgs {
 #[derive(clap::Args)]
 pub struct TimeArgs {
     /// Finish within about this time with the best mesh found by then [default: none]
+    ///
+    /// If not even the input is read by then, the run fails.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
         hide_short_help = true)]
     time_limit: Option<Duration>,
@@ -101,6 +110,21 @@ impl<'a> RunProgress<'a> {
         let deadline = args.time_limit.and_then(|limit| Instant::now().checked_add(limit));
         *DEADLINE.lock().unwrap_or_else(PoisonError::into_inner) = deadline;
         Self { limit: args.time_limit, ..Self::unlimited() }
+    }
+
+    /// Begins to read something in a thread of its own, which goes on by itself if it is not waited for.
+    pub fn begin_reading<T: Send + 'static>(
+        &self,
+        read: impl FnOnce() -> rtfmesh::Result<T> + Send + 'static,
+    ) -> Reading<T> {
+        let deadline = patience().deadline.and_then(|deadline| deadline.checked_add(LATE));
+        let (ended, end) = channel();
+        let thread = std::thread::spawn(move || {
+            // Told by being dropped, after a panic as well.
+            let _ended: Sender<()> = ended;
+            read()
+        });
+        Reading { thread, end, deadline, limit: self.limit.unwrap_or_default(), cancelled: READING.clone() }
     }
 
     /// Also asks the caller of the library what to do next.
@@ -187,6 +211,37 @@ impl<'a> RunProgress<'a> {
     }
 }
 
+/// Something that a thread reads.
+pub struct Reading<T> {
+    thread: JoinHandle<rtfmesh::Result<T>>,
+    /// Hangs up once the thread is done.
+    end: Receiver<()>,
+    deadline: Option<Instant>,
+    limit: Duration,
+    cancelled: ProgressToken,
+}
+
+impl<T> Reading<T> {
+    /// What was read from this file.
+    ///
+    /// # Errors
+    /// Those of reading, [`Error::Input`] if it takes longer than the time limit, [`Error::Cancelled`] on
+    /// Ctrl-C.
+    pub fn wait(self, path: &Path) -> rtfmesh::Result<T> {
+        while self.end.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+            if self.cancelled.is_cancelled() {
+                return Err(Error::Cancelled);
+            }
+            if self.deadline.is_some_and(|deadline| Instant::now() >= deadline) {
+                let problem = format!("reading takes longer than --time-limit {}", self.limit.as_secs_f64());
+                let remedy = "allow more time, or give a smaller file";
+                return Err(Error::input(None, problem, remedy).in_file(path));
+            }
+        }
+        self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+    }
+}
+
 /// Ends the program in an orderly way on Ctrl-C from here on.
 ///
 /// # Errors
@@ -259,5 +314,35 @@ fn interrupted() {
     if END.compare_exchange(0, BY_HANDLER, Ordering::SeqCst, Ordering::SeqCst).is_ok() {
         tell(&format!("error: {}\n", cancelled()));
         end_process(CANCELLED);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Reads something for as long as the sender that comes with it is not dropped.
+    fn endless(deadline: Option<Instant>) -> (Reading<u32>, Sender<()>) {
+        let (wait, ended) = channel::<()>();
+        let run = RunProgress { limit: Some(Duration::from_secs(2)), ..RunProgress::unlimited() };
+        let reading = run.begin_reading(move || {
+            let _hung_up = ended.recv();
+            Ok(7)
+        });
+        (Reading { deadline, cancelled: ProgressToken::default(), ..reading }, wait)
+    }
+
+    #[test]
+    fn reading_ends_at_the_time_limit_and_on_ctrl_c() {
+        let path = Path::new("large.obj");
+        let (late, _wait) = endless(Some(Instant::now()));
+        let told = late.wait(path).unwrap_err().to_string();
+        assert!(told.contains("large.obj") && told.contains("longer than --time-limit 2"), "{told}");
+        let (stopped, _wait) = endless(None);
+        stopped.cancelled.cancel();
+        assert!(matches!(stopped.wait(path), Err(Error::Cancelled)));
+        let (read, wait) = endless(None);
+        drop(wait);
+        assert_eq!(read.wait(path).unwrap(), 7);
     }
 }

@@ -8,7 +8,7 @@ use super::heading::OUTPUT;
 use super::job::{Finished, Notes, RemeshJob, Request, SurfaceSource};
 use super::method::{DeviceArgs, MethodArgs};
 use super::progress;
-use super::progress::{ProgressArgs, RunProgress, begin_writing};
+use super::progress::{ProgressArgs, Reading, RunProgress, begin_writing};
 use super::target_count::SizeArgs;
 use super::terminal::{print, tell};
 use super::volume::VolumeArgs;
@@ -143,10 +143,11 @@ pub fn run(args: &Args) -> Result<u8> {
     }
     let mut run = RunProgress::new(&args.progress)?;
     if args.cloud.normals_only() {
-        return write_normals(args, &target).map(|()| 0);
+        return write_normals(args, &target, &run).map(|()| 0);
     }
-    let (input, device) = rayon::join(|| load(args), || args.device.open(wants_report));
-    let (mut input, device) = (input?, device?);
+    let reading = begin_reading(args, &run);
+    let device = args.device.open(wants_report);
+    let (mut input, device) = (wait_for(args, reading)?, device?);
     if !args.out.quiet {
         run.show_bar();
     }
@@ -180,8 +181,14 @@ pub fn run(args: &Args) -> Result<u8> {
     Ok(if is_cut_short { progress::CANCELLED } else { 0 })
 }
 
-fn load(args: &Args) -> rtfmesh::Result<Input> {
-    let input = args.input_format.load_any(&args.input, args.attributes.wants_materials())?;
+fn begin_reading(args: &Args, run: &RunProgress) -> Reading<Input> {
+    let (format, path) = (args.input_format.clone(), args.input.clone());
+    let with_materials = args.attributes.wants_materials();
+    run.begin_reading(move || format.load_any(&path, with_materials))
+}
+
+fn wait_for(args: &Args, reading: Reading<Input>) -> rtfmesh::Result<Input> {
+    let input = reading.wait(input_name(&args.input))?;
     if !args.out.quiet {
         tell_notes(&args.input, input.notes());
     }
@@ -232,8 +239,9 @@ fn request(args: &Args, size: Size, options: Options) -> Request<'_> {
 }
 
 /// Writes points with outward normals in place of a mesh.
-fn write_normals(args: &Args, target: &Target) -> Result<()> {
-    let (points, attributes) = args.cloud.with_normals(load(args)?.mesh_or_points()?, &args.input)?;
+fn write_normals(args: &Args, target: &Target, run: &RunProgress) -> Result<()> {
+    let input = wait_for(args, begin_reading(args, run))?;
+    let (points, attributes) = args.cloud.with_normals(input.mesh_or_points()?, &args.input)?;
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     target.write(&points, &attributes, args.out.quiet)
 }
@@ -241,7 +249,7 @@ fn write_normals(args: &Args, target: &Target) -> Result<()> {
 /// Prints the plan.
 fn dry_run(args: &Args, size: Size, options: Options) -> Result<()> {
     let mut run = RunProgress::new(&args.progress)?;
-    let mut input = load(args)?;
+    let mut input = wait_for(args, begin_reading(args, &run))?;
     let mut notes = notes(args, &mut input);
     let job = RemeshJob::new(request(args, size, options), source(args, input)?, &mut notes, &mut run)?;
     let plan = job.preview()?;
