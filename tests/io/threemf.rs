@@ -155,6 +155,21 @@ fn colours_of_materials_come_along() {
 }
 
 #[test]
+fn textures_and_groups_of_colours_that_are_ignored_are_told() {
+    let painted = MESH.replace("v3=\"2\"", "v3=\"2\" pid=\"9\" p1=\"0\"");
+    let told = |extra: &str| {
+        let resources = format!("{extra}<object id=\"1\">{painted}</object>");
+        read_bytes(&one("millimeter", &resources, "<item objectid=\"1\"/>"), None).unwrap().notes
+    };
+    let picture = "<m:texture2d id=\"8\" path=\"/3D/a.png\" contenttype=\"image/png\"/>\
+                   <m:texture2dgroup id=\"9\" texid=\"8\"><m:tex2coord u=\"0\" v=\"0\"/></m:texture2dgroup>";
+    assert_eq!(told(picture), ["1 texture was ignored"]);
+    let colours = "<m:colorgroup id=\"9\"><m:color color=\"#ff0000\"/></m:colorgroup>";
+    assert_eq!(told(colours), ["1 group of colours was ignored"]);
+    assert!(told("").is_empty());
+}
+
+#[test]
 fn packages_that_are_refused() {
     let object = |mesh: &str| format!("<object id=\"1\">{mesh}</object>");
     let item = "<item objectid=\"1\"/>";

@@ -37,6 +37,7 @@ fn xml_that_is_refused_says_what_to_do() {
         ("</Piece>", "</Peace>", "byte", "not valid XML"),
         ("PolyData", "vtkMultiBlockDataSet", "", "VTK files of vtkMultiBlockDataSet are not supported"),
         ("PolyData", "PPolyData", "", "VTK files of PPolyData are not supported"),
+        ("PolyData", "vtkMultiBlockDataSet", "", "give one of the files that it names"),
         ("UInt32", "UInt16", "", "header_type 'UInt16' is not supported"),
         ("0 1 2\n", "0 1 3\n", "cell 0", "no vertex 3"),
         ("0 1 2\n", "0 1 1\n", "cell 0", "lists vertex 1 twice"),

@@ -285,11 +285,23 @@ impl<'a> Build<'a> {
                 attributes.materials = Some(Materials { materials, ..Materials::default() });
             }
         }
-        let skipped: usize = package.models.values().map(|model| model.skipped).sum();
-        let objects = ["object of another kind than a mesh was", "objects of other kinds than meshes were"];
-        let notes = (skipped > 0).then(|| format!("{} ignored", counted(skipped, objects)));
-        Ok(Loaded { mesh, attributes, notes: notes.into_iter().collect(), ..Loaded::default() })
+        Ok(Loaded { mesh, attributes, notes: notes(&package), ..Loaded::default() })
     }
+}
+
+/// What of the models was not read.
+fn notes(package: &Package) -> Vec<String> {
+    let note = |count: fn(&Model) -> usize, what: [&str; 2]| {
+        let count: usize = package.models.values().map(|model| count(model)).sum();
+        (count > 0).then(|| format!("{} ignored", counted(count, what)))
+    };
+    let objects = ["object of another kind than a mesh was", "objects of other kinds than meshes were"];
+    let all = [
+        note(|model| model.skipped, objects),
+        note(|model| model.textures, ["texture was", "textures were"]),
+        note(|model| model.colour_groups, ["group of colours was", "groups of colours were"]),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// A material of this colour. What 3MF has is sRGB, and glTF's factors are linear.

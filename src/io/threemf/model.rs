@@ -31,6 +31,9 @@ pub(super) struct Model {
     pub build: Vec<Reference>,
     /// Objects without mesh and components.
     pub skipped: usize,
+    /// Pictures, and groups of colours, which are not read.
+    pub textures: usize,
+    pub colour_groups: usize,
 }
 
 #[derive(Debug)]
@@ -123,6 +126,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Model> {
         materials: HashMap::new(),
         build: Vec::new(),
         skipped: 0,
+        textures: 0,
+        colour_groups: 0,
     };
     let mut walk = Walk { model, open: None, group: None, bases: 0 };
     loop {
@@ -211,6 +216,8 @@ impl Walk {
                 }
             }
             "item" => self.model.build.push(reference(tag)?),
+            "texture2d" => self.model.textures += 1,
+            "colorgroup" => self.model.colour_groups += 1,
             _ => {}
         }
         Ok(())

@@ -15,6 +15,9 @@ use crate::io::text::number;
 use crate::io::volumes::raw::Number;
 use crate::{Error, Result};
 
+/// What helps with files that only name others.
+const SINGLE_REMEDY: &str = "give one of the files that it names, or write all as one .vtp: Merge Blocks and \
+                             Extract Surface in ParaView, combine().extract_surface() in PyVista";
 /// The most pieces of a file.
 const MOST_PIECES: usize = 1 << 16;
 
@@ -134,7 +137,8 @@ fn kind_of_tag(tag: &BytesStart) -> std::result::Result<FileKind, String> {
 /// The error for a kind of data that is not read.
 pub(super) fn unsupported_error(kind: &str) -> Error {
     let problem = format!("VTK files of {kind} are not supported");
-    Error::input(None, problem, SURFACE_REMEDY)
+    let names_files = kind.starts_with("vtk") || kind.starts_with('P') || kind == "Collection";
+    Error::input(None, problem, if names_files { SINGLE_REMEDY } else { SURFACE_REMEDY })
 }
 
 /// What was read so far.
