@@ -167,6 +167,30 @@ fn strips_narrower_than_triangles_lose_what_nobody_sees() {
     assert!(kept.vertices.iter().all(|v| uneven.vertices[*v as usize].z == 0.0));
 }
 
+#[test]
+fn arms_of_a_patch_narrower_than_triangles_lose_their_edges() {
+    const N: u32 = 40;
+    // A ledge between two walls down; from y = 0.5 on it becomes wider.
+    let ledge = repair(&moved(&plane(N, 0.0), |v| {
+        let x = 0.5 + 0.004 + (v.y - 0.5).max(0.0);
+        match (v.x * f64::from(N)).round() as u32 {
+            column @ 0..=19 => DVec3::new(f64::from(column) / 38.0, v.y, 0.0),
+            20 => DVec3::new(0.5, v.y, -0.5),
+            21 => DVec3::new(x, v.y, -0.5),
+            column => DVec3::new(x + f64::from(column - 22) / 40.0, v.y, -1.0),
+        }
+    }))
+    .unwrap()
+    .mesh;
+    let sharp = |features: &Features| -> f64 {
+        features.curves.iter().filter(|c| c.kind == CurveKind::Sharp).map(|c| c.length).sum()
+    };
+    let [coarse, fine] = [500, 100_000].map(|vertices| found(&ledge, vertices));
+    assert_eq!((coarse.discarded.strips, fine.discarded.strips), (1, 0));
+    assert!((coarse.discarded.strip_length - 1.0).abs() < 0.1, "{:?}", coarse.discarded);
+    assert!((sharp(&fine) - sharp(&coarse) - coarse.discarded.strip_length).abs() < 1e-9);
+}
+
 /// A cube of edge length 2 with chamfers of this width, along the faces, at all its edges.
 fn chamfered_cube(width: f64) -> TriMesh {
     let mut mesh = TriMesh::default();

@@ -24,6 +24,8 @@ pub(super) struct Side {
     pub beyond: u32,
     /// Whether the surface turns down there.
     pub down: bool,
+    /// The direction from the edge into the patch that it bounds; of length 1.
+    pub inwards: DVec3,
 }
 
 /// The edges to switch off, so that one side is left of each strip that is narrower than `width` and turns
@@ -67,7 +69,12 @@ fn strips(graph: &Graph, sides: &[Side], width: f64) -> BTreeMap<[u32; 2], [Vec<
         let (middle, along): (DVec3, DVec3) = (0.5 * (a + b), direction(side));
         let is_across = |k: u32| {
             let other = &sides[k as usize];
-            other.beyond != side.beyond && direction(other).dot(along).abs() > PARALLEL
+            let [from, to] = ends(other);
+            let is_inside = (0.5 * (from + to) - middle).dot(side.inwards) > 0.0;
+            other.beyond != side.beyond
+                && direction(other).dot(along).abs() > PARALLEL
+                && is_inside
+                && other.inwards.dot(side.inwards) < 0.0
         };
         let Some(across) = bvh.closest_accepted(middle, &mut 0, is_across) else { continue };
         if across.distance_sq > width * width {

@@ -4,7 +4,7 @@
 //! At a step the surface turns one way at one side and back at the other: it is invisible at this spacing,
 //! and both sides are discarded. At a chamfer it turns the same way at both sides: the sharper one stays. So
 //! it does at the side of a plate, but twice as far; there both stay, or the plate would lose its side.
-//! Strips that branch are taken apart first (`network.rs`).
+//! Strips that branch are taken apart first (`network.rs`), and narrow arms of wide patches are strips, too.
 
 use super::curve::CurveKind;
 use super::discarded::Discarded;
@@ -18,6 +18,8 @@ pub(super) const NARROW: f64 = 0.25;
 /// A strip is a step if it turns each way along at least this fraction of its boundary. At most this fraction
 /// may be other than sharp.
 const EACH_WAY: f64 = 0.25;
+/// Narrow arms of patches count if the edges that go are longer than this many spacings together.
+const LONG_ARM: f64 = 0.5;
 /// The sides of a chamfer turn less than this many degrees together.
 pub(super) const PLATE: f64 = 135.0;
 
@@ -58,6 +60,13 @@ impl Strip {
             return Vec::new();
         }
         if turns[0] < turns[1] { one.clone() } else { other.clone() }
+    }
+
+    /// The edges to switch off at narrow arms of a patch that is not narrow as a whole, such as a ledge beside
+    /// a wall that ends in a wide one.
+    fn arms(&self, graph: &Graph, spacing: f64) -> Vec<u32> {
+        let edges = weaker_sides(graph, &self.boundary, NARROW * spacing);
+        if length(graph, &edges) > LONG_ARM * spacing { edges } else { Vec::new() }
     }
 
     fn edges(&self) -> impl Iterator<Item = u32> {
@@ -109,8 +118,9 @@ pub(super) fn discard_strips(
     if !graph.edges.iter().any(is_sharp) {
         return;
     }
-    for strip in strips(graph, surface).iter().filter(|strip| strip.is_narrow(spacing)) {
-        let edges = strip.to_drop(graph, spacing);
+    for strip in &strips(graph, surface) {
+        let is_narrow = strip.is_narrow(spacing);
+        let edges = if is_narrow { strip.to_drop(graph, spacing) } else { strip.arms(graph, spacing) };
         // A neighbouring strip may have lost one of them.
         if edges.is_empty() || strip.edges().any(|edge| !graph.edges[edge as usize].on) {
             continue;
@@ -142,9 +152,12 @@ fn strips(graph: &Graph, surface: &FeatureSurface) -> Vec<Strip> {
             continue;
         }
         let (length, down) = (graph.length(number), surface.turns_down(graph.points, edge.half));
-        for (strip, beyond) in [(both[0], both[1]), (both[1], both[0])] {
+        let halves = [edge.half, surface.twins[edge.half as usize]];
+        for (half, strip, beyond) in [(halves[0], both[0], both[1]), (halves[1], both[1], both[0])] {
+            let [a, b] = surface.ends(half).map(|v| graph.points[v as usize]);
+            let inwards = surface.normals[half as usize / 3].cross(b - a).normalize_or_zero();
             let strip = &mut strips[strip];
-            strip.boundary.push(Side { edge: number, beyond: beyond as u32, down });
+            strip.boundary.push(Side { edge: number, beyond: beyond as u32, down, inwards });
             *if down { &mut strip.down } else { &mut strip.up } += length;
         }
     }
