@@ -83,7 +83,8 @@ pub use glam;
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
 pub use options::{
-    CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Shortage, Size, Sizing,
+    CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Refinement, Region,
+    Shortage, Size, Sizing,
 };
 pub use pipeline::{
     Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,

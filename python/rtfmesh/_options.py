@@ -47,7 +47,8 @@ class Options(TypedDict, total=False):
     """All options of `remesh`, of which none must be given; None is as if it were not."""
 
     edge_length: float | str | None
-    """Target edge length, in input units or as % of the diagonal (instead of `n`)."""
+    """Target edge length, in input units or as % of the diagonal (instead of `n`). With `refine`, the one
+    outside of its parts."""
     ratio: float | None
     """Vertex count as a fraction of the input's (instead of `n`). The input's vertices are counted after
     `weld` and `min_component`."""
@@ -87,6 +88,12 @@ class Options(TypedDict, total=False):
     percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as
     few vertices as possible, found in several runs; with `n`, the distance is as small as N vertices
     allow."""
+    refine: str | Sequence[str] | None
+    """Edges of this length in a part of the surface; may be given several times. sphere:X,Y,Z,R=LENGTH:
+    within R of a point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes; label:NAME=LENGTH: on the
+    triangles of a label, group or material (label:ATTRIBUTE:VALUE for any other number of triangles).
+    Lengths are in input units or in percent of the diagonal. Around the part they change by `growth`, and
+    with `n` the rest gets the vertices that are left. Where parts overlap, the shortest length counts."""
     gradation: float | None
     """With `sizing` curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]. With 1,
     triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above 1, edges

@@ -25,6 +25,10 @@ SIZING = "sizing"
 NEGATED = {"fit": "no_fit"}
 
 
+# Options that may be given several times: a list has all of them.
+REPEATED = {"refine"}
+
+
 # Settings of methods that are there for comparison; one argument holds them all.
 RESEARCH = (
     *("preset", "face", "seeding", "normals", "projection", "neighbours", "centroid"),
@@ -168,7 +172,8 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
             continue
         flag = f"--{name.replace('_', '-')}"
         if known[name]:
-            found.append(f"{flag}={word(name, value)}")
+            several = name in REPEATED and isinstance(value, (list, tuple))
+            found += [f"{flag}={word(name, one)}" for one in (value if several else [value])]
         elif isinstance(value, (bool, np.bool_)):
             is_given = not value if name in NEGATED else value
             found += [f"--{NEGATED.get(name, name).replace('_', '-')}"] if is_given else []

@@ -46,6 +46,7 @@ TYPES = {
     "SEED": "int",
     "STEPS": "int",
     "K": "int",
+    "WHERE=LENGTH": "str | Sequence[str]",
     "HOW": "str | ArrayLike",
     "FILE.obj": "str | os.PathLike[str] | ArrayLike",
 }

@@ -179,6 +179,7 @@ impl<'a> Request<'a> {
         // An attribute that is missing is reported before any long work.
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
         let loaded = self.make_surface(source, notes, run)?;
+        self.options.coarse_to_fine.refine = self.method.refinements(&loaded)?;
         let repaired = count(self.size, &loaded.mesh, &mut self.options, notes)?;
         let repaired = self.attributes.request(&loaded, repaired, &mut self.options, notes)?;
         self.options.correspondence.vertices |= self.correspondence.vertices;

@@ -2,11 +2,14 @@
 
 use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
+use super::refine::refinements;
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
+use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{
-    Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Shortage, Size,
+    Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
+    Size,
 };
 use std::path::{Path, PathBuf};
 
@@ -102,6 +105,7 @@ impl MethodArgs {
             ("--features", self.features.is_some()),
             ("--vertices-at-least", self.vertices_at_least),
             ("--sizing", self.sizing.differs()),
+            ("--refine", !self.sizing.refine().is_empty()),
         ];
         let coarse = options.method == Method::CoarseToFine;
         let idle = given.into_iter().find(|(_, given)| *given && !coarse);
@@ -166,6 +170,14 @@ impl MethodArgs {
     /// [`Error::Input`] for an attribute that is not there.
     pub fn sizing_values<'a>(&self, vertex: &'a [Attribute]) -> rtfmesh::Result<Option<&'a [f64]>> {
         self.sizing.values(vertex)
+    }
+
+    /// The regions of `--refine` on a mesh.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a label that it has not.
+    pub fn refinements(&self, loaded: &Loaded) -> rtfmesh::Result<Vec<Refinement>> {
+        refinements(self.sizing.refine(), loaded)
     }
 
     /// Whether the least angle of sharp edges is given.

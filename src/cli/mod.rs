@@ -16,6 +16,7 @@ mod method;
 mod points;
 mod presets;
 mod progress;
+mod refine;
 mod remesh;
 mod render;
 mod sample;

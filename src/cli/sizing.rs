@@ -1,6 +1,7 @@
 //! Edge lengths that vary over the surface, on the command line.
 
 use super::heading::SIZING;
+use super::refine::{Wish, places, wish};
 use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{Error, Length, Options, Size, Sizing};
 
@@ -22,6 +23,15 @@ pub struct SizingArgs {
     /// small as N vertices allow.
     #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "sizing")]
     max_deviation: Option<Length>,
+    /// Edges of this length in a part of the surface; may be given several times
+    ///
+    /// sphere:X,Y,Z,R=LENGTH: within R of a point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes;
+    /// label:NAME=LENGTH: on the triangles of a label, group or material (label:ATTRIBUTE:VALUE for any other
+    /// number of triangles). Lengths are in input units or in percent of the diagonal. Around the part they
+    /// change by --growth, and with -n the rest gets the vertices that are left. Where parts overlap, the
+    /// shortest length counts.
+    #[arg(long, value_name = "WHERE=LENGTH", value_parser = wish, conflicts_with = "max_deviation")]
+    refine: Vec<Wish>,
     /// With --sizing curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]
     ///
     /// With 1, triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above
@@ -85,8 +95,8 @@ impl SizingArgs {
     /// [`Error::Usage`] for options that do nothing.
     pub fn put(&self, options: &mut Options) -> rtfmesh::Result<()> {
         let how = self.sizing.as_ref().unwrap_or(&How::Auto);
-        let differ = self.differs();
-        let others = "curvature or property:NAME, or --max-deviation";
+        let differ = self.differs() || !self.refine.is_empty();
+        let others = "curvature or property:NAME, or --max-deviation, or --refine";
         let given = [
             ("--gradation", self.gradation.is_some(), *how == How::Curvature, "curvature"),
             ("--min-edge", self.min_edge.is_some(), differ, others),
@@ -114,7 +124,13 @@ impl SizingArgs {
         }
         (coarse.min_edge, coarse.max_edge) = (self.min_edge, self.max_edge);
         coarse.growth = self.growth.unwrap_or(coarse.growth);
+        coarse.refine = places(&self.refine);
         Ok(())
+    }
+
+    /// The regions of `--refine`.
+    pub fn refine(&self) -> &[Wish] {
+        &self.refine
     }
 
     /// The numbers of the vertices among these attributes, if they were asked for.

@@ -2,6 +2,7 @@
 
 use super::heading::SIZE;
 use super::job::Notes;
+use crate::pipeline::refined::refined_vertices;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
 
@@ -16,6 +17,8 @@ pub struct SizeArgs {
     #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count)]
     vertices: Option<usize>,
     /// Target edge length, in input units or as % of the diagonal (instead of -n)
+    ///
+    /// With --refine, the one outside of its parts.
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     edge_length: Option<Size>,
     /// Vertex count as a fraction of the input's (instead of -n)
@@ -97,7 +100,10 @@ pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -
         return Ok(None);
     }
     let repaired = repair_with(mesh, &options.repairs())?;
-    let count = size.vertices(&repaired.mesh)?;
+    let count = match size.length().filter(|_| !options.coarse_to_fine.refine.is_empty()) {
+        Some(length) => refined_vertices(&repaired, options, length)?,
+        None => size.vertices(&repaired.mesh)?,
+    };
     options.vertices = count;
     if size == Size::AsInput {
         notes.mention(&format!("no size given: keeping the input's vertex count, {count}"));

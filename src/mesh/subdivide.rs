@@ -4,7 +4,20 @@ use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key};
 use super::triangle::doubled_normal;
 use crate::{ProgressToken, Result};
+use glam::DVec3;
 use std::collections::HashMap;
+
+/// A mesh with some of its edges halved. Vertices and the triangles without such edges keep their places; new
+/// ones follow.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Halved {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// For each triangle, the one that it is a part of.
+    pub origin: Vec<u32>,
+    /// For each new vertex the ends of the edge that it halves, which may itself be half of another.
+    pub halves: Vec<[u32; 2]>,
+}
 
 /// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides
 /// alike; `None` if there are no such edges. The longest go first. Edges stay as they are once there would be
@@ -20,14 +33,33 @@ pub fn halve_long_edges(
     most: usize,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
-    let mut halved: Option<TriMesh> = None;
+    let halved = halve_edges(mesh, (length, DVec3::distance), most, progress)?;
+    Ok(halved.map(|halved| halved.mesh))
+}
+
+/// Like [`halve_long_edges`], for all edges whose `size`, a function of their ends, is above a `limit`.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn halve_edges(
+    mesh: &TriMesh,
+    (limit, size): (f64, impl Fn(DVec3, DVec3) -> f64),
+    most: usize,
+    progress: &ProgressToken,
+) -> Result<Option<Halved>> {
+    let mut halved: Option<Halved> = None;
     loop {
         progress.poll()?;
-        let now = halved.as_ref().unwrap_or(mesh);
-        match halve_once(now, length, most) {
-            Some(next) => halved = Some(next),
-            None => return Ok(halved),
-        }
+        let now = halved.as_ref().map_or(mesh, |halved| &halved.mesh);
+        let Some(next) = halve_once(now, limit, &size, most) else { return Ok(halved) };
+        halved = Some(match halved {
+            None => next,
+            Some(mut before) => {
+                before.halves.extend(next.halves);
+                let origin = next.origin.iter().map(|t| before.origin[*t as usize]).collect();
+                Halved { mesh: next.mesh, origin, halves: before.halves }
+            }
+        });
     }
 }
 
@@ -47,24 +79,31 @@ pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
     (0..mesh.triangles.len()).map(of).sum()
 }
 
-/// Halves every edge that is longer than `length` and than half of the longest.
-fn halve_once(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
+/// Halves every edge whose size is above the limit and above half of the largest.
+fn halve_once(
+    mesh: &TriMesh,
+    limit: f64,
+    size: &impl Fn(DVec3, DVec3) -> f64,
+    most: usize,
+) -> Option<Halved> {
     let table = EdgeTable::new(&mesh.triangles);
     let at = |v: u32| mesh.vertices[v as usize];
-    let long = |(a, b): (u32, u32)| {
+    let size = |(a, b): (u32, u32)| {
         let has_middle = ![at(a), at(b)].contains(&at(a).midpoint(at(b)));
-        if has_middle { at(a).distance(at(b)) } else { 0.0 }
+        if has_middle { size(at(a), at(b)) } else { 0.0 }
     };
-    let longest = table.edges().map(|sides| long(sides[0].ends())).fold(0.0, f64::max);
-    let from = length.max(0.5 * longest);
+    let largest = table.edges().map(|sides| size(sides[0].ends())).fold(0.0, f64::max);
+    let from = limit.max(0.5 * largest);
     let mut vertices = mesh.vertices.clone();
     let mut middles = HashMap::new();
+    let mut halves = Vec::new();
     let mut count = mesh.triangles.len();
     for sides in table.edges() {
         let (a, b) = sides[0].ends();
-        if long((a, b)) > from {
+        if size((a, b)) > from {
             middles.insert((a, b), vertices.len() as u32);
             vertices.push(at(a).midpoint(at(b)));
+            halves.push([a, b]);
             count += sides.len();
         }
     }
@@ -72,6 +111,7 @@ fn halve_once(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
         return None;
     }
     let mut triangles = mesh.triangles.clone();
+    let mut origin: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
     for (t, corners) in mesh.triangles.iter().enumerate() {
         let middle = |k: usize| middles.get(&edge_key(corners[k], corners[(k + 1) % 3])).copied();
         let mut parts = parts(*corners, [0, 1, 2].map(middle), |a, b| {
@@ -79,8 +119,9 @@ fn halve_once(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
         });
         triangles[t] = parts.next().unwrap_or(*corners);
         triangles.extend(parts);
+        origin.resize(triangles.len(), t as u32);
     }
-    Some(TriMesh { vertices, triangles })
+    Some(Halved { mesh: TriMesh { vertices, triangles }, origin, halves })
 }
 
 /// The parts of a triangle with vertices in the middle of some of its sides, that of side k between corners k

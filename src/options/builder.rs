@@ -2,7 +2,7 @@
 
 use super::{
     Centroid, Face, FeatureLines, Length, MeasureDepth, Method, Neighbours, Normals, Options, Projection,
-    Seeding, Shortage, Sizing,
+    Refinement, Seeding, Shortage, Sizing,
 };
 use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
@@ -53,6 +53,7 @@ impl Options {
         smooth_labels: f64,
         may_give_up_fixed: bool,
         sizing: Sizing,
+        refine: Vec<Refinement>,
         growth: f64,
     }
 

@@ -1,5 +1,6 @@
 //! Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine), the default method.
 
+use super::refine::Refinement;
 use super::target_count::Length;
 use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
 use crate::io::read_feature_lines;
@@ -140,6 +141,9 @@ pub struct CoarseToFineOptions {
     pub may_give_up_fixed: bool,
     /// The edge lengths over the surface.
     pub sizing: Sizing,
+    /// Parts of the surface with edges of a given length, from which lengths change by the growth. The rest
+    /// gets the vertices that are left. Not with [`Sizing::Deviation`].
+    pub refine: Vec<Refinement>,
     /// Minimum edge length, if lengths vary; at most that of a uniform mesh. `None`: an eighth of that.
     pub min_edge: Option<Length>,
     /// Maximum edge length, if lengths vary; at least that of a uniform mesh. `None`: eight times that.
@@ -166,6 +170,7 @@ impl Default for CoarseToFineOptions {
             smooth_labels: 1.0,
             may_give_up_fixed: false,
             sizing: Sizing::Automatic,
+            refine: Vec::new(),
             min_edge: None,
             max_edge: None,
             growth: 0.25,
@@ -205,6 +210,11 @@ impl CoarseToFineOptions {
                 problem,
                 "give a length above 0, such as 0.1 % of the diagonal",
             ));
+        }
+        super::refine::check(&self.refine)?;
+        if !self.refine.is_empty() && matches!(self.sizing, Sizing::Deviation(_)) {
+            let problem = "`refine` sets edge lengths, and so does a maximum deviation";
+            return Err(Error::option("refine", problem, "remove one of them"));
         }
         if !(self.growth > 0.0 && self.growth <= MAX_GROWTH) {
             let problem = format!("`growth` {} is out of range", self.growth);

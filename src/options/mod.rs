@@ -3,6 +3,7 @@
 pub(crate) mod all_at_once;
 mod builder;
 pub(crate) mod coarse_to_fine;
+pub(crate) mod refine;
 pub(crate) mod target_count;
 
 use crate::grammar::counted;
@@ -16,6 +17,7 @@ use std::ops::RangeInclusive;
 
 pub use all_at_once::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Projection, Seeding};
 pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing};
+pub use refine::{Refinement, Region};
 pub use target_count::{Length, Size};
 
 /// Which measures of a run's result are taken. Remeshing a small mesh takes less time than measuring it

@@ -47,6 +47,15 @@ pub enum Size {
 }
 
 impl Size {
+    /// The edge length, if that is what is given.
+    pub(crate) fn length(self) -> Option<Length> {
+        match self {
+            Self::EdgeLength(length) => Some(Length::Units(length)),
+            Self::RelativeEdgeLength(share) => Some(Length::OfDiagonal(share)),
+            Self::Vertices(_) | Self::Ratio(_) | Self::AsInput => None,
+        }
+    }
+
     /// Checks what can be checked without a mesh.
     ///
     /// # Errors

@@ -153,7 +153,9 @@ fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool
     };
     let DeviceInput { vertex, triangle, .. } = device_input(options);
     // With a size field: a slope for each triangle, a length for each site.
-    let (slope, length) = if options.coarse_to_fine.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
+    let method = &options.coarse_to_fine;
+    let is_even = method.sizing == Sizing::Uniform && method.refine.is_empty();
+    let (slope, length) = if is_even { (0, 0) } else { (16, 4) };
     let each = site_bytes(options, curves).total;
     let fixed = vertex * vertices + (triangle + slope) * triangles;
     DeviceBytes { fixed, per_site: each + more + length }

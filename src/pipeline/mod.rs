@@ -17,6 +17,7 @@ mod outcome;
 mod plan;
 mod prepare;
 mod preview;
+pub(crate) mod refined;
 mod result;
 mod rounding;
 mod run_context;
@@ -137,7 +138,7 @@ fn finish(
     let Made { prepared, mut outcome } = made;
     let (search, elsewhere) = (prepared.search(options), prepared.small_vertices());
     let mut result = prepared.assemble(&mut outcome);
-    let Prepared { repaired, frame, input, small, surface, input_intersections, .. } = prepared;
+    let Prepared { repaired, frame, input, small, surface, input_intersections, plan, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.end_phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
@@ -172,6 +173,7 @@ fn finish(
         input_intersections: measured.input_intersections,
         rounding: rounding.as_ref(),
         repaired: &repaired.counts,
+        missed_regions: &plan.refined.missed,
         deviation,
         shapes,
     });
@@ -184,7 +186,7 @@ fn finish(
         repaired: repaired.counts,
         warning_codes: warnings.iter().map(|warning| warning.code).collect(),
         warnings: warnings.into_iter().map(|warning| warning.text).collect(),
-        input,
+        input: plan.refined.undivided.unwrap_or(input),
         output: measured.output,
         attempts: outcome.attempts,
         iterations: outcome.steps.len() as u32,

@@ -1,10 +1,15 @@
 //! What a run makes of the options for its input. The options are the user's request and never change.
 
 use super::RunInput;
+use super::refined::Refined;
 use super::user_curves::UserCurves;
 use crate::mesh::correspondence::vertex_values_after;
 use crate::mesh::repair::Repaired;
 use crate::options::{Length, Sizing};
+use crate::{ProgressToken, Result};
+
+/// Where lengths hold in parts of the surface, the coarsest level has at least one of this many vertices.
+const COARSEN: usize = 5;
 
 /// What is derived from the options for the repaired mesh. It holds for all attempts of a run.
 #[derive(Debug, Clone)]
@@ -19,25 +24,44 @@ pub(crate) struct Plan {
     pub min_edge: Option<Length>,
     /// The user's curves on the repaired mesh.
     pub curves: UserCurves,
+    /// Lengths that hold in parts of it, at its vertices as `sizing`.
+    pub refined: Refined,
 }
 
 impl Plan {
     /// For all components of the mesh that `repaired` was made from. Ragged borders of labels become smooth
-    /// in it.
-    pub fn new(input: &RunInput, repaired: &mut Repaired) -> Self {
+    /// in it, and parts to be refined are divided.
+    ///
+    /// # Errors
+    /// Those of [`Refined::new`], and of the user's lines.
+    pub fn new(input: &RunInput, repaired: &mut Repaired, progress: &ProgressToken) -> Result<Self> {
         let RunInput { mesh, options, vertices, lengths, .. } = *input;
         let method = &options.coarse_to_fine;
+        let mut curves = UserCurves::new(mesh, repaired, options, input.gives_up_fixed);
+        let mut refined = Refined::default();
+        if !method.refine.is_empty() {
+            let half_edges = curves.half_edges(&repaired.mesh)?;
+            refined = Refined::new(repaired, (options, vertices), half_edges, progress)?;
+        }
         let sizing = match (lengths, &method.sizing) {
             (Some(lengths), _) => Sizing::Given(lengths.values.to_vec()),
+            // Further attempts would have lengths of their own.
+            (None, Sizing::Automatic) if !refined.is_empty() => Sizing::Uniform,
             (None, Sizing::Given(values)) => Sizing::Given(vertex_values_after(mesh, repaired, values)),
             (None, sizing) => sizing.clone(),
         };
-        Self {
+        Ok(Self {
             vertices,
-            coarsest: method.coarsest,
+            // On much coarser levels, lengths would change by too much from site to site.
+            coarsest: if refined.is_empty() {
+                method.coarsest
+            } else {
+                method.coarsest.max(vertices / COARSEN)
+            },
             sizing,
             min_edge: method.min_edge.or(lengths.map(|lengths| lengths.shortest)),
-            curves: UserCurves::new(mesh, repaired, options, input.gives_up_fixed),
-        }
+            curves,
+            refined,
+        })
     }
 }

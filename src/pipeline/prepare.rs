@@ -60,7 +60,7 @@ impl Prepared {
     pub fn new(device: &Device, mut input: RunInput, progress: &ProgressToken) -> Result<Self> {
         let options = input.options;
         let mut repaired = repaired_for(input.mesh, input.repaired.take(), options)?;
-        let mut plan = Plan::new(&input, &mut repaired);
+        let mut plan = Plan::new(&input, &mut repaired, progress)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         // Curves are not known yet.
@@ -76,6 +76,9 @@ impl Prepared {
             let large = (!division.small.is_empty()).then(|| extract(&repaired.mesh, &division.large));
             if let (Some(large), Sizing::Given(values)) = (&large, &mut plan.sizing) {
                 *values = submesh_values(values, &repaired.mesh, &division.large, large);
+            }
+            if let (Some(large), false) = (&large, plan.refined.is_empty()) {
+                plan.refined.keep(&repaired.mesh, &division.large, large);
             }
             (division.small, large)
         });
@@ -181,8 +184,13 @@ fn check_given_sizes(mesh: &TriMesh, options: &Options) -> Result<()> {
 }
 
 /// Values at the vertices of `mesh` as those of `submesh`, which has these triangles of it.
-fn submesh_values(values: &[f64], mesh: &TriMesh, triangles: &[u32], submesh: &TriMesh) -> Vec<f64> {
-    let mut result = vec![1.0; submesh.vertices.len()];
+pub(super) fn submesh_values<T: Copy + Default>(
+    values: &[T],
+    mesh: &TriMesh,
+    triangles: &[u32],
+    submesh: &TriMesh,
+) -> Vec<T> {
+    let mut result = vec![T::default(); submesh.vertices.len()];
     let corners = triangles.iter().flat_map(|t| mesh.triangles[*t as usize]);
     for (from, to) in corners.zip(submesh.triangles.as_flattened()) {
         result[*to as usize] = values[from as usize];
@@ -213,7 +221,7 @@ fn divide(
     loop {
         let spacing = spacing(components.area(), vertices);
         let target = ComponentTarget::new(options, vertices, spacing, frame, progress);
-        match components.divide(&unit, &target) {
+        match components.divide(&unit, &plan.refined.lengths, &target) {
             Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
                 tries += 1;

@@ -14,7 +14,7 @@ use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
-use crate::{Error, Result, TriMesh};
+use crate::{Error, ProgressToken, Result, TriMesh};
 use serde::Serialize;
 
 /// The plan of a run.
@@ -79,7 +79,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
-    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired);
+    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired, &ProgressToken::default())?;
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
@@ -109,7 +109,13 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     };
     Ok(Preview {
         repaired: repaired.counts,
-        input: [repaired.mesh.vertices.len(), repaired.mesh.triangles.len()],
+        input: plan
+            .refined
+            .undivided
+            .as_ref()
+            .map_or([repaired.mesh.vertices.len(), repaired.mesh.triangles.len()], |undivided| {
+                [undivided.vertices, undivided.faces]
+            }),
         vertices,
         spacing: spacing(surface.area, vertices) * frame.scale,
         collapses: levels.is_empty(),
@@ -185,7 +191,8 @@ impl PreviewedSurface<'_> {
         let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &features);
         let given = if let Sizing::Given(values) = &plan.sizing { values.as_slice() } else { &[] };
         let (sizing, min_edge, diagonal) = (&plan.sizing, plan.min_edge, *diagonal);
-        let request = SizeRequest { options, min_edge, vertices, sizing, given, diagonal };
+        let fixed = plan.refined.lengths.as_slice();
+        let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal };
         let field = size_field(unit, curves.as_ref(), &request)?;
         Ok((features, curves.map(|curves| curves.with_sizes(&field)), field))
     }

@@ -2,7 +2,7 @@
 
 use crate::mesh::correspondence::half_edges_after;
 use crate::mesh::features::user_edges;
-use crate::mesh::half_edges::next;
+use crate::mesh::half_edges::{EdgeSet, edge_key, next};
 use crate::mesh::repair::{BorderSmoothing, Repaired, smooth_borders};
 use crate::options::{FeatureLines, Options, Shortage};
 use crate::{Error, Result, TriMesh};
@@ -34,6 +34,22 @@ impl UserCurves {
         Self { fixed_half_edges, label_borders, lines: method.features.clone() }
     }
 
+    /// Their half-edges on `mesh`, which is the repaired one, to be changed together with it; lines are among
+    /// the fixed ones from now on.
+    ///
+    /// # Errors
+    /// As [`user_edges`].
+    pub fn half_edges(&mut self, mesh: &TriMesh) -> Result<[&mut Vec<u32>; 2]> {
+        if let Some(lines) = self.lines.take() {
+            let wanted: EdgeSet = drawn(mesh, &lines)?.iter().map(|[a, b]| edge_key(*a, *b)).collect();
+            let corners = mesh.triangles.as_flattened();
+            let key = |half: u32| edge_key(corners[half as usize], corners[next(half) as usize]);
+            self.fixed_half_edges
+                .extend((0..corners.len() as u32).filter(|half| wanted.contains(&key(*half))));
+        }
+        Ok([&mut self.fixed_half_edges, &mut self.label_borders])
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.lines.is_none() && self.fixed_half_edges.is_empty() && self.label_borders.is_empty()
@@ -48,11 +64,7 @@ impl UserCurves {
         let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
         let fixed = self.fixed_half_edges.iter().chain(&self.label_borders).map(|half| ends(*half));
         let Some(features) = &self.lines else { return Ok(fixed.collect()) };
-        let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
-            Some(file) => error.in_file(file),
-            None => error,
-        })?;
-        Ok(fixed.chain(drawn).collect())
+        Ok(fixed.chain(drawn(mesh, features)?).collect())
     }
 
     /// Whether a surface may be simplified without its curves if there are too few vertices: not with curves
@@ -73,6 +85,14 @@ impl UserCurves {
             error => error,
         }
     }
+}
+
+/// The edges along a user's lines.
+fn drawn(mesh: &TriMesh, features: &FeatureLines) -> Result<Vec<[u32; 2]>> {
+    user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+        Some(file) => error.in_file(file),
+        None => error,
+    })
 }
 
 /// Whether a run may be tried again without fixed half-edges.

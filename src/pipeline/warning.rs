@@ -53,6 +53,8 @@ pub enum WarningCode {
     CutShort,
     /// Textures are not kept.
     Textures,
+    /// No part of the surface is in a region to be refined.
+    Refine,
 }
 
 /// A warning of a run.

@@ -83,9 +83,43 @@ fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
     assert_eq!(read(place.path("many/torus.ply")).unwrap().mesh.vertices.len(), count);
 }
 
+/// A cube as `cube.obj` with groups `top` and `rest`.
+fn grouped(place: &Place) {
+    let corners =
+        [0, 1].map(|z| [0, 1].map(|y| [0, 1].map(|x| format!("v {x} {y} {z}\n")).concat()).concat());
+    let rest = "f 1 3 4 2\nf 1 2 6 5\nf 2 4 8 6\nf 4 3 7 8\nf 3 1 5 7\n";
+    let text = format!("{}g top\nf 5 6 8 7\ng rest\n{rest}", corners.concat());
+    std::fs::write(place.path("cube.obj"), text).unwrap();
+}
+
+#[test]
+fn labels_and_places_have_edges_of_their_length() {
+    let place = place();
+    grouped(&place);
+    let where_top = "--refine label:top=0.04";
+    place.run(&format!("remesh cube.obj out.ply -n 2500 {where_top} --quality draft"));
+    let mesh = read(place.path("out.ply")).unwrap().mesh;
+    assert_eq!(mesh.vertices.len(), 2500);
+    let on_top = mesh.vertices.iter().filter(|p| p.z > 0.9999).count();
+    // 1 / (0.866 * 0.04²) is 722, and half of the border more.
+    assert!((680..860).contains(&on_top), "{on_top}");
+    place.run(&format!("batch cube.obj --out many -n 2500 {where_top} --quality draft"));
+    let [one, many] = ["out.ply", "many/cube.ply"].map(|name| std::fs::read(place.path(name)).unwrap());
+    assert_eq!(one, many);
+    // The other edges are as long as asked for.
+    place.run("remesh cube.obj even.ply --edge-length 0.1 --quality draft");
+    place.run("remesh cube.obj more.ply --edge-length 0.1 --refine sphere:0,0,0,0.3=0.03 --quality draft");
+    let count = |name| read(place.path(name)).unwrap().mesh.vertices.len();
+    // Three quarters of an eighth of a ball's section at a corner, and what grows around it.
+    assert!(count("even.ply") == 693 && (900..1400).contains(&count("more.ply")), "{}", count("more.ply"));
+    let (_, text) = place.run("remesh in.ply out.ply -n 300 --refine sphere:99,0,0,1=0.1 --quality draft");
+    assert!(text.contains("--refine sphere:99,0,0,1 has no effect"), "{text}");
+}
+
 #[test]
 fn errors_say_what_to_do() {
     let place = place();
+    grouped(&place);
     place.run("sample torus plain.obj");
     for (arguments, words) in [
         ("in.ply out.ply --sizing property:none", "no numeric attribute 'none'"),
@@ -104,6 +138,13 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --max-deviation 0", "out of range"),
         ("in.ply out.ply --max-deviation 1% --preset rtf", "--preset default"),
         ("in.ply --max-deviation 1% --dry-run", "several runs"),
+        ("cube.obj out.ply --refine label:none=0.1", "use one of these: top, rest"),
+        ("in.ply out.ply --refine label:none=0.1", "whose triangles have labels"),
+        ("in.ply out.ply --refine sphere:0,0,0=0.1", "give sphere:X,Y,Z,R=LENGTH"),
+        ("in.ply out.ply --refine sphere:0,0,0,0=0.1", "give a centre, and a radius above 0"),
+        ("in.ply out.ply --refine sphere:0,0,0,9=0.01", "--refine"),
+        ("in.ply out.ply --refine sphere:0,0,0,9=0.1 --max-deviation 1%", "cannot be used with"),
+        ("in.ply out.ply --refine sphere:0,0,0,9=0.1 --preset rtf", "--preset default"),
     ] {
         let done = place.program(&format!("remesh {arguments} -n 500")).assert().failure();
         let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();

@@ -4,7 +4,7 @@ use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Length, Options, Remeshed, Sizing, TriMesh, remesh};
+use rtfmesh::{Error, Length, Options, Refinement, Region, Remeshed, Sizing, TriMesh, preview, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), mesh, options).unwrap();
@@ -54,6 +54,54 @@ fn edges_are_as_long_as_requested() {
     assert!(quality.mean_quality > 0.93 && quality.min_angle > 33.0, "{quality:?}");
     let shares = shares(&result.mesh, wished, 6);
     assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.08), "{shares:?}");
+}
+
+#[test]
+fn regions_have_edges_of_their_length_and_the_rest_gets_the_other_vertices() {
+    // A box of twelve triangles, which are larger than the regions.
+    let input = sample("box").unwrap();
+    let length = Length::Units(0.015);
+    let sphere = Region::Sphere { centre: DVec3::new(0.3, 0.6, 1.0), radius: 0.15 };
+    let corner = Region::Box { low: DVec3::splat(-0.1), high: DVec3::splat(0.2) };
+    let refine = [(sphere, length), (corner, Length::OfDiagonal(0.03 / 3f64.sqrt()))];
+    let refine = refine.map(|(region, length)| Refinement { region, length });
+    let result = run(&input, &Options::new(3000).refine(refine.to_vec()));
+    let quality = &result.summary.output.quality;
+    assert!(quality.mean_quality > 0.93 && quality.min_angle > 30.0, "{quality:?}");
+    let all = edges(&result.mesh);
+    let mean = |is_in: &dyn Fn(DVec3) -> bool| {
+        let list: Vec<f64> = all.iter().filter(|(at, _)| is_in(*at)).map(|(_, length)| *length).collect();
+        list.iter().sum::<f64>() / list.len() as f64
+    };
+    let in_sphere = mean(&|p| p.distance(DVec3::new(0.3, 0.6, 1.0)) < 0.14);
+    assert!((in_sphere / 0.015 - 1.0).abs() < 0.1, "{in_sphere}");
+    let in_corner = mean(&|p| p.max_element() < 0.19);
+    assert!((in_corner / 0.03 - 1.0).abs() < 0.1, "{in_corner}");
+    // A quarter more for each unit of distance, and no more.
+    let around = mean(&|p| (0.34..0.36).contains(&p.distance(DVec3::new(0.3, 0.6, 1.0))) && p.z > 0.999);
+    assert!((0.03..0.075).contains(&around), "{around}");
+    assert_eq!((result.summary.input.vertices, result.summary.input.faces), (8, 12));
+}
+
+#[test]
+fn lengths_of_regions_for_another_number_of_vertices_are_refused() {
+    let input = sample("torus").unwrap();
+    let all = Region::Box { low: DVec3::splat(-9.0), high: DVec3::splat(9.0) };
+    let refine = |units: f64| vec![Refinement { region: all.clone(), length: Length::Units(units) }];
+    for (units, words) in [(0.06, "alone need about"), (0.3, "leave room for about"), (1e-7, "far more")] {
+        let refused = preview(&input, &Options::new(3000).refine(refine(units)));
+        let Err(Error::Usage { problem, field, .. }) = refused else { panic!("{units}: {refused:?}") };
+        assert!(problem.contains(words) && field == Some("refine"), "{problem}");
+    }
+    let empty = Region::Sphere { centre: DVec3::ZERO, radius: 0.0 };
+    let length = Length::Units(1.0);
+    for bad in [
+        Options::new(300).refine(refine(0.0)),
+        Options::new(300).refine(vec![Refinement { region: empty, length }]),
+        Options::new(300).refine(refine(0.1)).sizing(Sizing::Deviation(length)),
+    ] {
+        assert!(matches!(bad.validate(), Err(Error::Usage { field: Some("refine"), .. })), "{bad:?}");
+    }
 }
 
 #[test]

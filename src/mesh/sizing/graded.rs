@@ -23,18 +23,35 @@ pub struct Bounds<'a> {
     pub largest: &'a [f64],
     /// Largest growth of edge length per unit of distance along the surface, above 0.
     pub growth: f64,
+    /// Lengths at vertices that are as they are, infinite where there is none; empty if there are none at
+    /// all. The bounds but for the growth do not hold for them.
+    pub fixed: &'a [f64],
+}
+
+/// Lengths that bounds allow.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Graded {
+    /// At each vertex.
+    pub lengths: Vec<f64>,
+    /// How many vertices they take, over those of the uniform mesh: 1 but for rounding, unless the bounds do
+    /// not allow it.
+    pub share: f64,
 }
 
 /// Edge lengths at the vertices of `surface`: the `targets` there, all above 0, times a common factor, but
 /// within `bounds`. The factor is such that the mesh has as many vertices as the uniform one. Panics if a
 /// list is too short.
-pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Vec<f64> {
+pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Graded {
     let edges = Edges::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
         let both = targets.iter().zip(bounds.largest);
-        let lengths = both.map(|(target, most)| (scale * target).clamp(bounds.least, *most)).collect();
+        let mut lengths: Vec<f64> =
+            both.map(|(target, most)| (scale * target).clamp(bounds.least, *most)).collect();
+        for (length, fixed) in lengths.iter_mut().zip(bounds.fixed).filter(|(_, fixed)| fixed.is_finite()) {
+            *length = *fixed;
+        }
         edges.limited(lengths, bounds.growth)
     };
     // Vertices over those of the uniform mesh.
@@ -55,7 +72,7 @@ pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Vec<f64> {
         let got = share(&lengths);
         tries += 1;
         if (got - 1.0).abs() < CLOSE || tries == TRIES {
-            return lengths;
+            return Graded { lengths, share: got };
         }
         if got > 1.0 { low = middle } else { high = middle }
     }
@@ -146,8 +163,8 @@ mod tests {
         let targets: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
         let h = spacing(mesh.area(), 2000);
         let largest = vec![6.0 * h; targets.len()];
-        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2 };
-        let got = graded(&mesh, &targets, &bounds);
+        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2, fixed: &[] };
+        let got = graded(&mesh, &targets, &bounds).lengths;
         let mut share = 0.0;
         for (t, triangle) in mesh.triangles.iter().enumerate() {
             share += mesh.triangle_area(t) * mean_density(triangle.map(|v| got[v as usize])) * h * h;
@@ -181,12 +198,37 @@ mod tests {
     }
 
     #[test]
+    fn fixed_lengths_stay_and_the_others_make_up_for_them() {
+        let mesh = sample("sphere").unwrap();
+        let h = spacing(mesh.area(), 2000);
+        let largest = vec![8.0 * h; mesh.vertices.len()];
+        let fixed = |length: f64| -> Vec<f64> {
+            mesh.vertices.iter().map(|p| if p.z > 0.8 { length } else { f64::INFINITY }).collect()
+        };
+        let even = vec![1.0; mesh.vertices.len()];
+        let at = |fixed: &[f64]| {
+            let bounds = Bounds { spacing: h, least: 0.5 * h, largest: &largest, growth: 0.3, fixed };
+            graded(&mesh, &even, &bounds)
+        };
+        for length in [0.4 * h, 2.0 * h] {
+            let got = at(&fixed(length));
+            assert!((got.share - 1.0).abs() < CLOSE, "{}", got.share);
+            let inside = got.lengths.iter().zip(&mesh.vertices).filter(|(_, p)| p.z > 0.8);
+            // Longer ones begin at the border with the growth from the others.
+            assert!(inside.clone().all(|(got, _)| *got <= length + 1e-12));
+            assert!(inside.clone().filter(|(_, p)| p.z > 0.98).all(|(got, _)| (got - length).abs() < 1e-12));
+        }
+        let too_short = at(&fixed(0.1 * h));
+        assert!(too_short.share > 5.0, "{}", too_short.share);
+    }
+
+    #[test]
     fn equal_targets_give_a_uniform_mesh() {
         let mesh = sample("torus").unwrap();
         let h = spacing(mesh.area(), 500);
         let largest = vec![8.0 * h; mesh.vertices.len()];
-        let bounds = Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3 };
-        let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds);
+        let bounds = Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3, fixed: &[] };
+        let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds).lengths;
         assert!(got.iter().all(|length| (length / h - 1.0).abs() < CLOSE), "{:?}", &got[..3]);
     }
 }

@@ -9,7 +9,7 @@ mod curvature;
 mod graded;
 
 pub use curvature::{along_curve, curvature};
-pub use graded::{Bounds, graded, grown, vertices_with};
+pub use graded::{Bounds, Graded, graded, grown, vertices_with};
 
 use super::triangle::{closest_on_triangle, doubled_normal};
 use crate::TriMesh;

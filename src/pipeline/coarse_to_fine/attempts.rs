@@ -214,6 +214,7 @@ impl Attempts<'_> {
         };
         // It takes memory on the device, as the next one does.
         drop(model);
+        let first = runner.with_refined_lengths(first, vertices)?;
         let first = runner.with_shorter_edges(first, vertices)?;
         let first = runner.with_round_facets(first, vertices)?;
         // If vertices may be added, even triangles come first.

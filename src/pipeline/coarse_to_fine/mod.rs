@@ -16,6 +16,7 @@ mod level_mesh;
 pub(crate) mod levels;
 mod mend;
 mod refine;
+mod refined_lengths;
 mod ridges;
 mod round_facets;
 mod shared;

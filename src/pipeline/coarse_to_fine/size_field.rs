@@ -1,12 +1,14 @@
 //! The size field over the surface, from the options.
 
 use crate::mesh::repair::connected_components;
-use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
+use crate::mesh::sizing::{Bounds, Graded, SizeField, along_curve, curvature, graded};
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::decimals;
 use crate::options::{Length, Options, Sizing};
+use crate::pipeline::refined::refuse_share;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
+use std::ops::RangeInclusive;
 
 /// By default, sizes are at most this many times smaller or larger than the edge length of a uniform mesh.
 const RANGE: f64 = 8.0;
@@ -15,6 +17,8 @@ const FLAT: f64 = 0.01;
 
 /// Largest angle of a bend, in radians, that an edge longer than those of a uniform mesh may span.
 const TURN: f64 = 0.7;
+/// Lengths that the user fixed may take this many times the vertices that there are.
+const EXACT: RangeInclusive<f64> = 0.95..=1.02;
 /// Minimum number of vertices of a component, unless a uniform mesh has fewer there.
 const ENOUGH: usize = 60;
 
@@ -27,6 +31,8 @@ pub(crate) struct SizeRequest<'a> {
     pub sizing: &'a Sizing,
     /// Sizes at the vertices of the surface, for [`Sizing::Given`].
     pub given: &'a [f64],
+    /// Lengths at the vertices of the surface that stay, infinite elsewhere; empty if there are none.
+    pub fixed: &'a [f64],
     /// Diagonal of the input's bounding box, in its units.
     pub diagonal: f64,
 }
@@ -34,15 +40,15 @@ pub(crate) struct SizeRequest<'a> {
 /// The size field over `surface`, which is in the unit-diagonal frame, with its curves.
 ///
 /// # Errors
-/// [`Error::Usage`] for bounds that exclude a uniform mesh, [`Error::Input`] for sizes that are not positive.
+/// [`Error::Usage`] for bounds that exclude a uniform mesh and fixed lengths for another number of vertices, [`Error::Input`] for sizes that are not positive.
 pub(crate) fn size_field(
     surface: &TriMesh,
     curves: Option<&SurfaceCurves>,
     request: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeRequest { options, min_edge, vertices, sizing, given, diagonal } = *request;
+    let SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal } = *request;
     let max_edge = options.coarse_to_fine.max_edge;
-    if sizing.is_even() {
+    if sizing.is_even() && fixed.is_empty() {
         return Ok(SizeField::default());
     }
     let spacing = spacing(surface.area(), vertices);
@@ -51,6 +57,7 @@ pub(crate) fn size_field(
         Sizing::Curvature { gradation } => {
             curvatures.iter().map(|curvature| curvature.max(FLAT).powf(-0.5 * gradation)).collect()
         }
+        even if even.is_even() => vec![1.0; surface.vertices.len()],
         _ => given.to_vec(),
     };
     let [least, largest] = [(min_edge, 1.0 / RANGE), (max_edge, RANGE)]
@@ -77,8 +84,13 @@ pub(crate) fn size_field(
     }
     let mut most = fit_for_cells(surface, &curvatures, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));
-    let bounds = Bounds { spacing, least, largest: &most, growth: options.coarse_to_fine.growth };
-    Ok(SizeField::new(surface.clone(), graded(surface, &desired, &bounds)))
+    let growth = options.coarse_to_fine.growth;
+    let Graded { lengths, share } =
+        graded(surface, &desired, &Bounds { spacing, least, largest: &most, growth, fixed });
+    if !fixed.is_empty() && !EXACT.contains(&share) {
+        return Err(refuse_share(vertices, share));
+    }
+    Ok(SizeField::new(surface.clone(), lengths))
 }
 
 /// The largest size at each vertex with which components have enough vertices, and tubes are round; nowhere

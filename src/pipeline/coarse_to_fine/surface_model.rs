@@ -24,6 +24,8 @@ pub(crate) struct ModelRequest<'a> {
     pub vertices: usize,
     /// Values are at the vertices of the run's mesh.
     pub sizing: &'a Sizing,
+    /// Lengths that hold in parts of it, likewise.
+    pub refined: &'a [f64],
     /// Same as [`FeatureOptions::round_facets`].
     pub round_facets: bool,
 }
@@ -31,7 +33,12 @@ pub(crate) struct ModelRequest<'a> {
 impl<'a> ModelRequest<'a> {
     /// As planned.
     pub fn of(plan: &'a Plan) -> Self {
-        Self { vertices: plan.vertices, sizing: &plan.sizing, round_facets: false }
+        Self {
+            vertices: plan.vertices,
+            sizing: &plan.sizing,
+            refined: &plan.refined.lengths,
+            round_facets: false,
+        }
     }
 }
 
@@ -55,7 +62,7 @@ impl SurfaceModel {
     /// As [`SurfaceModel::with`], and those of the user's curves.
     pub fn new(context: &RunContext, request: &ModelRequest, progress: &ProgressToken) -> Result<Self> {
         let RunContext { device, mesh, frame, surface, options, plan, .. } = *context;
-        let ModelRequest { vertices, sizing, round_facets } = *request;
+        let ModelRequest { vertices, sizing, refined, round_facets } = *request;
         let on_surface = surface_vertices(surface, mesh);
         let edges = plan.curves.edges(mesh)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
@@ -65,14 +72,17 @@ impl SurfaceModel {
             user_edges,
             round_facets,
         };
-        let mut given = Vec::new();
-        if let Sizing::Given(values) = sizing {
-            given = vec![1.0; values.len()];
-            on_surface.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
-        }
+        let by_surface = |values: &[f64]| {
+            let mut list = vec![1.0; values.len()];
+            on_surface.iter().zip(values).for_each(|(v, value)| list[*v as usize] = *value);
+            list
+        };
+        let given = if let Sizing::Given(values) = sizing { by_surface(values) } else { Vec::new() };
+        let fixed = by_surface(refined);
         let sizes = |curves: Option<&SurfaceCurves>| {
-            let (min_edge, given, diagonal) = (plan.min_edge, given.as_slice(), frame.scale);
-            let request = SizeRequest { options, min_edge, vertices, sizing, given, diagonal };
+            let (min_edge, given, fixed) = (plan.min_edge, given.as_slice(), fixed.as_slice());
+            let diagonal = frame.scale;
+            let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal };
             size_field(&surface.mesh(), curves, &request)
         };
         let mut model = Self::with(device, surface, &features, sizes, progress)?;

@@ -76,16 +76,19 @@ impl Components {
     }
 
     /// Remeshes the small components by themselves and counts the vertices left for the others. A small one
-    /// that runs through itself or others, though it does not in the input, gets more vertices.
+    /// that runs through itself or others, though it does not in the input, gets more vertices. None is small
+    /// that gets enough vertices by the lengths that are `refined` at the vertices of the mesh.
     ///
     /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
     /// [`crate::Error::Cancelled`].
-    pub fn divide(&self, mesh: &TriMesh, target: &ComponentTarget) -> Result<Division> {
+    pub fn divide(&self, mesh: &TriMesh, refined: &[f64], target: &ComponentTarget) -> Result<Division> {
         let whole = self.area();
         let share = |part: usize| target.vertices as f64 * self.areas[part] / whole;
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
-        let (small, large): (Vec<usize>, Vec<usize>) =
-            (0..self.count()).partition(|part| *part != largest && share(*part) < SMALL);
+        let (small, large): (Vec<usize>, Vec<usize>) = (0..self.count()).partition(|part| {
+            let is_small = || self.refined_vertices(mesh, *part, refined) < SMALL;
+            *part != largest && share(*part) < SMALL && is_small()
+        });
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
             small.iter().zip(&of_small).map(|(part, of)| Part::new(of, self.areas[*part])).collect();
@@ -146,6 +149,19 @@ impl Components {
             small: meshes,
             coarsest,
         })
+    }
+
+    /// About how many vertices a component gets by the lengths at the vertices of the mesh, where they are
+    /// finite.
+    fn refined_vertices(&self, mesh: &TriMesh, part: usize, lengths: &[f64]) -> f64 {
+        if lengths.is_empty() {
+            return 0.0;
+        }
+        let of = |t: &u32| {
+            let length = mesh.triangles[*t as usize].iter().map(|v| lengths[*v as usize]).sum::<f64>() / 3.0;
+            mesh.triangle_area(*t as usize) / length.powi(2)
+        };
+        self.triangles[part].iter().map(of).sum::<f64>() * 2.0 / 3f64.sqrt()
     }
 
     /// The least number of vertices that these components need.
