@@ -81,7 +81,8 @@ impl Remesher {
         };
         // Ratios and edge lengths refer to what is left after the repair.
         let repaired = repair_with(mesh, &self.options.repairs())?;
-        let options = self.options.clone().vertices(size.vertices(&repaired.mesh)?);
+        let faces = if let Size::Faces(count) = size { Some(count) } else { self.options.faces };
+        let options = self.options.clone().vertices(size.vertices(&repaired.mesh)?).faces(faces);
         remesh_repaired(&self.device, mesh, Some(repaired), &options, progress)
     }
 }

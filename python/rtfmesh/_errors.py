@@ -62,7 +62,13 @@ PHRASES = [
     ("please report it with the command and the input", "please report it with the call and the input"),
 ]
 # Options and fields that have another name in Python.
-ARGUMENTS = {"vertices": "n", "no-fit": "fit=False", "no_fit": "fit"}
+ARGUMENTS = {
+    "vertices": "n",
+    "faces": "n_faces",
+    "points": "fixed_points",
+    "no-fit": "fit=False",
+    "no_fit": "fit",
+}
 # A flag, as in `--min-edge`, "'--weld <FRACTION>'" or "--device-memory <MIB>".
 FLAG = re.compile(r"'?--([a-z][a-z-]*)(?: <[^>]*>)?'?")
 # The short flag of the number of vertices.
@@ -81,6 +87,8 @@ def exception(kind: str, field: str | None, text: str) -> Error:
     """The exception for an error of the library; `field` is the option that is wrong, if it is one."""
     text = in_python(text)
     argument = ARGUMENTS.get(field, field) if field else None
+    if field in ("faces", "points"):
+        text = text.replace(f"`{field}`", f"`{argument}`")
     if argument and f"`{argument}`" not in text:
         text = f"`{argument}`: {text}"
     return KINDS[kind](text)

@@ -46,6 +46,9 @@ class Research(TypedDict, total=False):
 class Options(TypedDict, total=False):
     """All options of `remesh`, of which none must be given; None is as if it were not."""
 
+    n_faces: int | None
+    """Number of triangles, such as 20k (instead of `n`). If Euler's formula allows no mesh of so many,
+    there are one or two fewer, and a note says so: closed surfaces have an even number of triangles."""
     edge_length: float | str | None
     """Target edge length, in input units or as % of the diagonal (instead of `n`). With `refine`, the one
     outside of its parts."""
@@ -78,6 +81,12 @@ class Options(TypedDict, total=False):
     surface turns. Boundaries and edges with more than two triangles are always kept."""
     features: str | os.PathLike[str] | ArrayLike | None
     """Also keep the polylines in this OBJ file; they must follow input edges."""
+    fixed_points: str | os.PathLike[str] | ArrayLike | None
+    """Make vertices of the points in this file, exactly. In any format that can be read; of a mesh, its
+    vertices count. A point farther from the surface than 0.01 % of the diagonal becomes the nearest point
+    of it, with a warning; one farther than 5 % is left out."""
+    keep_boundary: bool | None
+    """Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match."""
     sizing: str | ArrayLike | None
     """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
     around places that equal edges would miss, such as narrow folds; uniform: equal everywhere, the default

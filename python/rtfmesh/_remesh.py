@@ -23,7 +23,7 @@ from ._options import Options
 from ._progress import Callback, Native, shown
 from ._result import Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
-from ._words import is_word, label_names, take_features, take_sizing, word, words
+from ._words import is_word, label_names, take_features, take_fixed_points, take_sizing, word, words
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -43,6 +43,7 @@ class Request:
     values: tuple[Any, ...] | None
     sizing: Vertices | None
     features: NDArray[np.float64] | None
+    fixed_points: NDArray[np.float64] | None
     correspondence: tuple[bool, bool]
     distances: bool
     progress: Native | None
@@ -180,7 +181,7 @@ class Remesher:
         return warned(self._contour(volume, n, told, dict(options)))
 
     def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
-        for name in ("features", "sizing"):
+        for name in ("features", "sizing", "fixed_points"):
             if not is_word(wanted.get(name)):
                 raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
         nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
@@ -203,6 +204,7 @@ class Remesher:
             raise InputError("`faces` has no faces; rtfmesh.reconstruct makes a surface of points")
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
+        fixed = take_fixed_points(wanted)
         function = "contour" if volume else "remesh" if points is None else "reconstruct"
         line = words(n, wanted, function)
         values = volume.native() if volume else None
@@ -211,7 +213,7 @@ class Remesher:
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
             request = Request(
-                carrier.given, points, values, sizing, features, places, told.distances, callback
+                carrier.given, points, values, sizing, features, fixed, places, told.distances, callback
             )
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text = done

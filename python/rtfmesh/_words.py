@@ -25,6 +25,8 @@ SIZING = "sizing"
 NEGATED = {"fit": "no_fit"}
 
 
+# Options under other names than those of the command line, which arguments for meshes have.
+RENAMED = {"faces": "n_faces", "points": "fixed_points"}
 # Options that may be given several times: a list has all of them.
 REPEATED = {"refine"}
 
@@ -40,7 +42,7 @@ RESEARCH = (
 def flags() -> dict[str, bool]:
     """The options of the command line under Python's names, and whether each has a value."""
     options = [(name.replace("-", "_"), value) for name, value, *_ in _native.options()]
-    ours = {theirs: name for name, theirs in NEGATED.items()}
+    ours = {theirs: name for name, theirs in NEGATED.items()} | RENAMED
     return {ours.get(name, name): value is not None for name, value in options if name != "vertices"}
 
 
@@ -72,6 +74,7 @@ ELSEWHERE = {
     "callback": "progress",
     "clusters": "n",
     "n_clusters": "n",
+    "n_triangles": "n_faces",
     "n_points": "n",
     "n_vertices": "n",
     "nclus": "n",
@@ -170,7 +173,8 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
             value = bool(label_names(value))
         if value is None:
             continue
-        flag = f"--{name.replace('_', '-')}"
+        theirs = next((theirs for theirs, ours in RENAMED.items() if ours == name), name)
+        flag = f"--{theirs.replace('_', '-')}"
         if known[name]:
             several = name in REPEATED and isinstance(value, (list, tuple))
             found += [f"{flag}={word(name, one)}" for one in (value if several else [value])]
@@ -194,6 +198,16 @@ def take_sizing(options: dict[str, Any], vertices: Vertices) -> Vertices | None:
         return None
     options["sizing"] = f"property:{SIZING}"
     return real_numbers(value, "sizing", (len(vertices),))
+
+
+def take_fixed_points(options: dict[str, Any]) -> NDArray[np.float64] | None:
+    """The points (K, 3) that become vertices, if `fixed_points` is an array; takes it out."""
+    value: Any = options.get("fixed_points")
+    if is_word(value):
+        return None
+    del options["fixed_points"]
+    points = real_numbers(value, "fixed_points", (None, 3))
+    return points if len(points) else None
 
 
 def take_features(options: dict[str, Any], vertices: Vertices) -> NDArray[np.float64] | None:

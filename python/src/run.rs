@@ -34,6 +34,8 @@ pub struct Request<'py> {
     sizing: Option<PyReadonlyArray1<'py, f64>>,
     /// Lines of two points each (L x 2 x 3).
     features: Option<PyReadonlyArray3<'py, f64>>,
+    /// Points that become vertices (K x 3).
+    fixed_points: Option<PyReadonlyArray2<'py, f64>>,
     /// Of vertices, and of faces.
     correspondence: (bool, bool),
     /// Whether the report has distances.
@@ -71,6 +73,7 @@ pub fn remesh<'py>(
         },
         sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
         features: request.features.as_ref().map(feature_lines).transpose()?,
+        fixed_points: request.fixed_points.as_ref().map(positions).transpose()?.unwrap_or_default(),
         correspondence: CorrespondenceRequest { vertices, faces },
         distances: request.distances,
     };

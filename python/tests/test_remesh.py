@@ -181,3 +181,33 @@ def test_the_list_of_options_is_the_command_lines():
 def test_the_list_of_options_is_up_to_date():
     with open(rtfmesh._options.__file__, encoding="utf-8") as file:
         assert file.read() == "\n".join(make_options.lines()) + "\n", "run tools/make_options.py"
+
+
+def test_points_boundaries_regions_and_counts_are_arguments_too(torus, remesher):
+    points = torus.vertices[torus.faces[[5, 90, 200]]].mean(axis=1)
+    result = remesher.remesh(torus, 600, fixed_points=points)
+    there = {tuple(vertex) for vertex in result.vertices}
+    assert all(tuple(point) in there for point in points)
+    assert len(remesher.remesh(torus, n_faces=1000).faces) == 1000
+    regions = ["sphere:1,0,0,0.3=0.08", "box:-2,-2,-2,-0.8,2,2=0.15"]
+    finer = remesher.remesh(torus, 1500, refine=regions)
+    assert len(finer.vertices) == 1500 and finer.report["options"]["coarse_to_fine"]["refine"]
+    with pytest.raises(rtfmesh.InputError, match="`n_faces`"):
+        remesher.remesh(torus, n_faces=2)
+
+
+def test_boundaries_stay_bit_by_bit(remesher):
+    grid = np.linspace(0.0, 1.0, 13)
+    x, y = (axis.ravel() for axis in np.meshgrid(grid, grid))
+    vertices = np.column_stack([x, y, 0.1 * np.sin(5 * x) * y])
+    first = (np.arange(12)[:, None] * 13 + np.arange(12)).ravel()
+    faces = np.concatenate(
+        [
+            np.column_stack([first, first + 1, first + 14]),
+            np.column_stack([first, first + 14, first + 13]),
+        ]
+    )
+    result = remesher.remesh(vertices, faces, 300, keep_boundary=True)
+    there = {tuple(vertex) for vertex in result.vertices}
+    border = vertices[(x == 0) | (x == 1) | (y == 0) | (y == 1)]
+    assert len(border) == 48 and all(tuple(vertex) in there for vertex in border)

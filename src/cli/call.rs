@@ -73,6 +73,8 @@ pub struct Input {
     pub sizing: Option<Vec<f64>>,
     /// Lines to keep, unless `--features` names a file.
     pub features: Option<FeatureLines>,
+    /// Points that become vertices, unless `--points` names a file.
+    pub fixed_points: Vec<DVec3>,
     /// For what to find the places on the input, in addition to what attributes need.
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
@@ -241,6 +243,8 @@ impl Call {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
         let mut options = self.checked_options(measures)?;
         options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
+        options.coarse_to_fine.points =
+            self.method.read_points()?.unwrap_or_else(|| input.fixed_points.clone());
         Ok(options)
     }
 

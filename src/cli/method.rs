@@ -2,10 +2,12 @@
 
 use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
+use super::progress::patience;
 use super::refine::refinements;
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
-use rtfmesh::io::Loaded;
+use rtfmesh::glam::DVec3;
+use rtfmesh::io::{Input, Loaded, Reader};
 use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
@@ -60,6 +62,16 @@ pub struct MethodArgs {
     /// Also keep the polylines in this OBJ file; they must follow input edges
     #[arg(long, value_name = "FILE.obj", help_heading = FEATURES, hide_short_help = true)]
     features: Option<PathBuf>,
+    /// Make vertices of the points in this file, exactly
+    ///
+    /// In any format that can be read; of a mesh, its vertices count. A point farther from the surface than
+    /// 0.01 % of the diagonal becomes the nearest point of it, with a warning; one farther than 5 % is left
+    /// out.
+    #[arg(long, value_name = "FILE", help_heading = FEATURES, conflicts_with = "local")]
+    points: Option<PathBuf>,
+    /// Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match
+    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"])]
+    keep_boundary: bool,
     #[command(flatten)]
     sizing: SizingArgs,
     /// Weld vertices closer than this fraction of the diagonal [default: 0]
@@ -103,6 +115,8 @@ impl MethodArgs {
             ("--local", self.local),
             ("--feature-angle", self.feature_angle.is_some()),
             ("--features", self.features.is_some()),
+            ("--points", self.points.is_some()),
+            ("--keep-boundary", self.keep_boundary),
             ("--vertices-at-least", self.vertices_at_least),
             ("--sizing", self.sizing.differs()),
             ("--refine", !self.sizing.refine().is_empty()),
@@ -130,6 +144,7 @@ impl MethodArgs {
         measures: MeasureDepth,
     ) -> rtfmesh::Result<Options> {
         let vertices = if let Size::Vertices(count) = size { count } else { 4 };
+        let faces = if let Size::Faces(count) = size { Some(count) } else { None };
         let quality = match self.quality {
             Some(QualityName::Draft) => Quality::Draft,
             Some(QualityName::Normal) | None => Quality::Normal,
@@ -140,7 +155,7 @@ impl MethodArgs {
             research.put(&mut base.all_at_once);
         }
         self.refuse_idle(research, &base)?;
-        let mut options = base.measures(measures);
+        let mut options = base.measures(measures).faces(faces);
         let put = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
         options.iterations = self.iterations.unwrap_or(options.iterations);
         put(self.tolerance, &mut options.tolerance);
@@ -151,6 +166,7 @@ impl MethodArgs {
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;
         coarse.local = self.local;
+        coarse.keep_boundary = self.keep_boundary;
         put(self.min_angle, &mut coarse.min_angle);
         put(self.feature_angle, &mut coarse.feature_angle);
         options.shortage = match (self.vertices_at_least, self.strict) {
@@ -170,6 +186,26 @@ impl MethodArgs {
     /// [`Error::Input`] for an attribute that is not there.
     pub fn sizing_values<'a>(&self, vertex: &'a [Attribute]) -> rtfmesh::Result<Option<&'a [f64]>> {
         self.sizing.values(vertex)
+    }
+
+    /// The file of `--points`.
+    pub fn points(&self) -> Option<&Path> {
+        self.points.as_deref()
+    }
+
+    /// Reads it, once the other options are known to be right.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a file without points.
+    pub fn read_points(&self) -> rtfmesh::Result<Option<Vec<DVec3>>> {
+        let Some(path) = &self.points else { return Ok(None) };
+        let read = Reader::new().patience(patience()).read_any(path);
+        let loaded = read.and_then(Input::mesh_or_points).map_err(|error| error.in_file(path))?;
+        if loaded.mesh.vertices.is_empty() {
+            let error = Error::input(None, "there are no points", "give a file with a point in each line");
+            return Err(error.in_file(path));
+        }
+        Ok(Some(loaded.mesh.vertices))
     }
 
     /// The regions of `--refine` on a mesh.

@@ -132,6 +132,7 @@ pub fn run(args: &Args) -> Result<u8> {
         io::check_text_target(path)?;
     }
     options.coarse_to_fine.features = args.method.read_features()?;
+    options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
         return dry_run(args, size, options).map(|()| 0);
     };
@@ -290,11 +291,18 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
         let problem = format!("the page would overwrite the report in {}", shown(report));
         return Err(Error::usage(problem, "choose another file for --html"));
     }
-    let Some(features) = args.method.features() else { return Ok(()) };
-    let texts = written.into_iter().flatten().map(|(_, _, path)| path);
-    if args.output.iter().chain(texts).any(|path| same_file(path, features)) {
-        let problem = format!("the feature lines in {} would be overwritten", shown(features));
-        return Err(Error::usage(problem, "choose different files for --features and the output"));
+    let read = [
+        ("--features", "feature lines", args.method.features()),
+        ("--points", "points", args.method.points()),
+    ];
+    for (option, what, path) in read {
+        let texts = written.into_iter().flatten().map(|(_, _, path)| path);
+        if let Some(read) =
+            path.filter(|read| args.output.iter().chain(texts).any(|path| same_file(path, read)))
+        {
+            let problem = format!("the {what} in {} would be overwritten", shown(read));
+            return Err(Error::usage(problem, format!("choose different files for {option} and the output")));
+        }
     }
     Ok(())
 }

@@ -16,6 +16,12 @@ pub struct SizeArgs {
     /// At least 4.
     #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count)]
     vertices: Option<usize>,
+    /// Number of triangles, such as 20k (instead of -n)
+    ///
+    /// If Euler's formula allows no mesh of so many, there are one or two fewer, and a note says so: closed
+    /// surfaces have an even number of triangles.
+    #[arg(long, value_name = "COUNT", value_parser = vertex_count)]
+    faces: Option<usize>,
     /// Target edge length, in input units or as % of the diagonal (instead of -n)
     ///
     /// With --refine, the one outside of its parts.
@@ -79,7 +85,14 @@ impl SizeArgs {
     /// [`rtfmesh::Error::Usage`] for what is out of range.
     pub fn size(&self) -> Result<Size> {
         let ratio = self.ratio.map(Size::Ratio);
-        let size = self.vertices.map(Size::Vertices).or(self.edge_length).or(ratio).unwrap_or(Size::AsInput);
+        let faces = self.faces.map(Size::Faces);
+        let size = self
+            .vertices
+            .map(Size::Vertices)
+            .or(faces)
+            .or(self.edge_length)
+            .or(ratio)
+            .unwrap_or(Size::AsInput);
         size.validate()?;
         Ok(size)
     }
@@ -93,6 +106,10 @@ impl SizeArgs {
 pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -> Result<Option<Repaired>> {
     if let Size::Vertices(count) = size {
         options.vertices = count;
+        return Ok(None);
+    }
+    if let Size::Faces(count) = size {
+        options.faces = Some(count);
         return Ok(None);
     }
     if size == Size::AsInput && matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_)) {

@@ -81,7 +81,8 @@ impl StarMesh {
 
     /// The same mesh again.
     pub fn from_constrained(local: &ConstrainedMesh) -> Self {
-        let ConstrainedMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths, .. } = local;
+        let ConstrainedMesh { mesh, patches, fixed, pinned, curve_edges, sliding_curves, lengths, .. } =
+            local;
         let count = mesh.vertices.len();
         let mut star = vec![Vec::new(); count];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
@@ -110,7 +111,7 @@ impl StarMesh {
             triangles: mesh.triangles.clone(),
             patches: if patches.is_empty() { vec![0; mesh.triangles.len()] } else { patches.clone() },
             ranks: vec![0; count],
-            frozen: vec![false; count],
+            frozen: (0..count).map(|v| pinned.get(v).copied().unwrap_or(false)).collect(),
             used: star.iter().filter(|star| !star.is_empty()).count(),
             star,
             places,
@@ -314,6 +315,10 @@ impl StarMesh {
             alive.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.patches[t])).unzip();
         let vertices = old.iter().map(|v| self.points[*v as usize]).collect();
         let fixed = old.iter().map(|v| self.places[*v as usize] != Place::Inside).collect();
+        let pinned = match self.frozen.contains(&true) {
+            true => old.iter().map(|v| self.frozen[*v as usize]).collect(),
+            false => Vec::new(),
+        };
         let lengths = if self.sizes.is_empty() {
             Vec::new()
         } else {
@@ -326,7 +331,7 @@ impl StarMesh {
         let curve_edges = self.curves.by_curve(polylines.len()).into_iter().flatten().map(renamed).collect();
         let mesh = TriMesh { vertices, triangles };
         let cache = MeshCache::default();
-        ConstrainedMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths, cache }
+        ConstrainedMesh { mesh, patches, fixed, pinned, curve_edges, sliding_curves, lengths, cache }
     }
 }
 

@@ -13,6 +13,7 @@ pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;
 pub(crate) mod handles;
 pub(crate) mod hash_grid;
+pub(crate) mod insert_points;
 pub mod intersections;
 pub mod quality;
 pub(crate) mod quick_hash;

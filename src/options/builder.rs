@@ -6,6 +6,7 @@ use super::{
 };
 use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
+use glam::DVec3;
 
 macro_rules! setters {
     ($owner:ident, |$options:ident| $place:expr; $($field:ident: $value:ty,)*) => {
@@ -48,6 +49,8 @@ impl Options {
         fit: bool,
         min_angle: f64,
         feature_angle: f64,
+        points: Vec<DVec3>,
+        keep_boundary: bool,
         fixed_half_edges: Vec<u32>,
         label_borders: Vec<u32>,
         smooth_labels: f64,
@@ -71,6 +74,13 @@ impl Options {
         momentum: f64,
         lbfgs: u32,
         offset: f64,
+    }
+
+    /// Sets [`crate::Options::faces`].
+    #[must_use]
+    pub fn faces(mut self, faces: impl Into<Option<usize>>) -> Self {
+        self.faces = faces.into();
+        self
     }
 
     /// Sets [`crate::Options::format`].

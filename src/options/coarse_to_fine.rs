@@ -6,6 +6,7 @@ use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
 use crate::io::read_feature_lines;
 use crate::mesh::features::{FeatureLine, FeatureOptions};
 use crate::{Error, Result};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
@@ -129,6 +130,12 @@ pub struct CoarseToFineOptions {
     pub feature_angle: f64,
     /// Polylines along input edges that are also kept.
     pub features: Option<FeatureLines>,
+    /// Points of the surface, in the input's units, that become vertices exactly. One farther from the
+    /// surface than a ten-thousandth of the diagonal becomes the nearest point of it, with a warning; one
+    /// farther than a twentieth is left out.
+    pub points: Vec<DVec3>,
+    /// Whether the vertices and edges of the input's boundary are those of the result, exactly.
+    pub keep_boundary: bool,
     /// Input half-edges that are also kept: `3 * triangle + k` goes from corner k of the triangle to the
     /// next. Half-edges of triangles that repair removes are ignored.
     pub fixed_half_edges: Vec<u32>,
@@ -165,6 +172,8 @@ impl Default for CoarseToFineOptions {
             min_angle: 30.0,
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
+            points: Vec::new(),
+            keep_boundary: false,
             fixed_half_edges: Vec::new(),
             label_borders: Vec::new(),
             smooth_labels: 1.0,
@@ -179,6 +188,26 @@ impl Default for CoarseToFineOptions {
 }
 
 impl CoarseToFineOptions {
+    /// Checks what is to be kept exactly.
+    fn check_kept(&self) -> Result<()> {
+        if let Some(point) = self.points.iter().position(|point| !point.is_finite()) {
+            let problem = format!("point {point} of `points` has a coordinate that is not finite");
+            return Err(Error::option("points", problem, "remove it"));
+        }
+        let kept = [("points", !self.points.is_empty()), ("keep_boundary", self.keep_boundary)];
+        let others = [
+            ("local", self.local, "remove one of them"),
+            ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)), "remove one of them"),
+        ];
+        for (name, _) in kept.into_iter().filter(|(_, is_given)| *is_given) {
+            if let Some((other, _, remedy)) = others.into_iter().find(|(_, is_given, _)| *is_given) {
+                let problem = format!("`{name}` does not go together with `{other}`");
+                return Err(Error::option(name, problem, remedy));
+            }
+        }
+        Ok(())
+    }
+
     /// Checks each range, as far as that takes no mesh.
     ///
     /// # Errors
@@ -212,6 +241,7 @@ impl CoarseToFineOptions {
             ));
         }
         super::refine::check(&self.refine)?;
+        self.check_kept()?;
         if !self.refine.is_empty() && matches!(self.sizing, Sizing::Deviation(_)) {
             let problem = "`refine` sets edge lengths, and so does a maximum deviation";
             return Err(Error::option("refine", problem, "remove one of them"));

@@ -66,6 +66,9 @@ pub enum Method {
 pub struct Options {
     /// Number of vertices of the result, at least 4. With [`Sizing::Deviation`], 0 means as few as possible.
     pub vertices: usize,
+    /// Number of triangles of the result, at least 4, in place of `vertices`. If Euler's formula allows no
+    /// mesh of so many, there are one or two fewer.
+    pub faces: Option<usize>,
     /// The remeshing method.
     pub method: Method,
     /// Maximum number of iterations (of the last level, for coarse-to-fine), up to [`MAX_ITERATIONS`].
@@ -124,6 +127,7 @@ impl Options {
     pub fn new(vertices: usize) -> Self {
         Self {
             vertices,
+            faces: None,
             method: Method::CoarseToFine,
             iterations: 10,
             tolerance: 1e-4,
@@ -222,7 +226,13 @@ impl Options {
     /// [`Error::Usage`] that names the field.
     pub fn validate(&self) -> Result<()> {
         let are_counted = self.vertices > 0 || !matches!(self.coarse_to_fine.sizing, Sizing::Deviation(_));
-        if are_counted && self.vertices < 4 {
+        if let Some(faces) = self.faces
+            && !(4..2 * u64::from(u32::MAX / 2)).contains(&(faces as u64))
+        {
+            let problem = format!("`faces` {faces} is out of range");
+            return Err(Error::option("faces", problem, "ask for at least 4 triangles"));
+        }
+        if are_counted && self.faces.is_none() && self.vertices < 4 {
             let problem = format!(
                 "{} too few for a closed surface",
                 counted(self.vertices, ["vertex is", "vertices are"])
@@ -236,6 +246,10 @@ impl Options {
         check_range("iterations", self.iterations, 0..=MAX_ITERATIONS)?;
         self.coarse_to_fine.check_ranges()?;
         self.all_at_once.check_ranges()?;
+        if self.coarse_to_fine.keep_boundary && self.smooth_boundary > 0.0 {
+            let problem = "`keep_boundary` keeps what `smooth_boundary` moves";
+            return Err(Error::option("keep_boundary", problem, "remove one of them"));
+        }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             let problem = format!("`tolerance` {} is out of range", self.tolerance);
             return Err(Error::option("tolerance", problem, "use 0 or a small number such as 1e-4"));

@@ -1,6 +1,7 @@
 //! Ways to specify the number of vertices of a result.
 
 use crate::mesh::features::spacing_of;
+use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result, TriMesh};
 use serde::{Deserialize, Serialize};
@@ -36,6 +37,9 @@ impl Length {
 pub enum Size {
     /// This number of vertices.
     Vertices(usize),
+    /// The number of vertices at which a closed surface has this number of triangles.
+    /// [`crate::Options::faces`] is exact for other surfaces, too.
+    Faces(usize),
     /// The number of vertices at which the edges of an even mesh have this length, in input units; above 0.
     EdgeLength(f64),
     /// Like [`Size::EdgeLength`], as a fraction of the diagonal of the input's bounding box; above 0.
@@ -52,7 +56,7 @@ impl Size {
         match self {
             Self::EdgeLength(length) => Some(Length::Units(length)),
             Self::RelativeEdgeLength(share) => Some(Length::OfDiagonal(share)),
-            Self::Vertices(_) | Self::Ratio(_) | Self::AsInput => None,
+            Self::Vertices(_) | Self::Faces(_) | Self::Ratio(_) | Self::AsInput => None,
         }
     }
 
@@ -64,7 +68,7 @@ impl Size {
         let (name, value) = match self {
             Self::EdgeLength(value) | Self::RelativeEdgeLength(value) => ("edge length", value),
             Self::Ratio(value) => ("ratio", value),
-            Self::Vertices(_) | Self::AsInput => return Ok(()),
+            Self::Vertices(_) | Self::Faces(_) | Self::AsInput => return Ok(()),
         };
         if value > 0.0 && value.is_finite() {
             return Ok(());
@@ -85,6 +89,7 @@ impl Size {
         let at_length = |length: f64| spacing_of(input, 1).map(|whole| (whole / length).powi(2));
         let wanted = match self {
             Self::Vertices(count) => return Ok(count),
+            Self::Faces(count) => (count / 2) as f64 + topology(input).euler as f64,
             Self::AsInput => input.vertices.len() as f64,
             Self::Ratio(ratio) => ratio * input.vertices.len() as f64,
             Self::EdgeLength(length) => at_length(length)?,
@@ -119,6 +124,7 @@ mod tests {
         assert_eq!(Size::Ratio(0.01).vertices(&unit).unwrap(), 4);
         assert_eq!(Size::EdgeLength(100.0).vertices(&unit).unwrap(), 4);
         assert_eq!(Size::Vertices(3).vertices(&unit).unwrap(), 3);
+        assert_eq!(Size::Faces(1001).vertices(&unit).unwrap(), 502);
     }
 
     #[test]

@@ -69,6 +69,8 @@ pub(crate) struct WarningInput<'a> {
     pub repaired: &'a RepairCounts,
     /// Names of regions to be refined that no part of the surface is in.
     pub missed_regions: &'a [String],
+    /// About vertices to be kept.
+    pub pinned: Vec<Warning>,
     /// What a largest deviation led to, if one was asked for.
     pub deviation: Option<DeviationSummary>,
     /// The shapes of input and result.
@@ -98,6 +100,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
         code: WarningCode::Refine,
         text: format!("`refine` {name} has no effect: no part of the surface is there"),
     }));
+    list.extend(of.pinned.iter().cloned());
     list.extend(touching_bodies(of.repaired, input).map(warning(WarningCode::TouchingBodies)));
     list.extend(of_topology(of));
     let intersecting = output.self_intersecting_faces.unwrap_or(0);

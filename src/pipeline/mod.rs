@@ -5,6 +5,7 @@ mod clock;
 mod coarse_to_fine;
 mod cost;
 mod deviation;
+mod face_count;
 mod fallback;
 mod given_up;
 mod intersections;
@@ -14,6 +15,7 @@ mod messages;
 mod missing;
 mod near_sites;
 mod outcome;
+mod pinned;
 mod plan;
 mod prepare;
 mod preview;
@@ -42,6 +44,7 @@ use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
 use coarse_to_fine::surface_model::SurfaceModel;
 use deviation::{Course, make_within};
+use face_count::{FaceCount, with_vertices};
 use given_up::Searched;
 use measuring::{MeasureRequest, Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
@@ -100,6 +103,7 @@ pub fn remesh_repaired<F: Into<Flow>>(
     mut progress: impl FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
     options.validate()?;
+    let options = &with_vertices(mesh, repaired.as_ref(), options)?;
     let mut callback = |now| progress(now).into();
     run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
@@ -114,17 +118,19 @@ fn run(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new(device);
-    let mut make = |input| make_as_asked(device, input, progress, &mut clock);
-    match make(RunInput::new(mesh, repaired, options)) {
+    let mut make = |input| make_with_faces(device, input, progress, &mut clock);
+    let mut found = match make(RunInput::new(mesh, repaired, options)) {
         Err(Error::Usage { problem, field: None, .. }) if may_give_up_fixed(options) => {
             let made = make(RunInput { gives_up_fixed: true, ..RunInput::new(mesh, None, options) })?;
             let mut found = finish(mesh, options, made, clock, progress)?;
             let text = format!("sharp edges were given up: {problem}");
             found.summary.warn(WarningCode::SharpEdges, text);
-            Ok(found)
+            found
         }
-        made => finish(mesh, options, made?, clock, progress),
-    }
+        made => finish(mesh, options, made?, clock, progress)?,
+    };
+    face_count::tell(options, &mut found.summary);
+    Ok(found)
 }
 
 /// What is made and measured of a mesh in the end.
@@ -137,16 +143,14 @@ fn finish(
 ) -> Result<Remeshed> {
     let Made { prepared, mut outcome } = made;
     let (search, elsewhere) = (prepared.search(options), prepared.small_vertices());
-    let mut result = prepared.assemble(&mut outcome);
+    let (mut result, pinned) = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, input_intersections, plan, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.end_phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
     let correspondence =
         progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
-    if correspondence.is_some() {
-        clock.end_phase("source");
-    }
+    correspondence.iter().for_each(|_| clock.end_phase("source"));
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
@@ -174,6 +178,7 @@ fn finish(
         rounding: rounding.as_ref(),
         repaired: &repaired.counts,
         missed_regions: &plan.refined.missed,
+        pinned,
         deviation,
         shapes,
     });
@@ -273,6 +278,35 @@ impl Made {
         self.prepared.small.iter().for_each(|part| append(&mut mesh, part));
         mesh
     }
+}
+
+/// Prepares the input and remeshes it, again with other numbers of vertices while the number of triangles is
+/// not the one asked for.
+fn make_with_faces(
+    device: &Device,
+    input: RunInput,
+    progress: &mut ProgressReporter,
+    clock: &mut Clock,
+) -> Result<(Made, Course)> {
+    let (mesh, options, gives_up_fixed) = (input.mesh, input.options, input.gives_up_fixed);
+    let mut tried = vec![input.vertices];
+    let mut best = make_as_asked(device, input, progress, clock)?;
+    let (Some(mut best_count), mut attempts) = (FaceCount::of(&best.0, options), best.0.outcome.attempts)
+    else {
+        return Ok(best);
+    };
+    let mut now = best_count;
+    while let Some(vertices) = now.other_vertices(&tried, options).filter(|_| !progress.leave_out()) {
+        tried.push(vertices);
+        let again = RunInput { vertices, attempts, gives_up_fixed, ..RunInput::new(mesh, None, options) };
+        let next = make_as_asked(device, again, progress, clock)?;
+        attempts = next.0.outcome.attempts;
+        now = FaceCount::of(&next.0, options).unwrap_or(now);
+        if now.is_better_than(best_count) {
+            (best, best_count) = (next, now);
+        }
+    }
+    Ok(best)
 }
 
 /// Prepares the input and remeshes it, several times if there is a largest deviation.

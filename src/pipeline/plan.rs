@@ -1,10 +1,12 @@
 //! What a run makes of the options for its input. The options are the user's request and never change.
 
 use super::RunInput;
-use super::refined::Refined;
+use super::pinned::Pinned;
+use super::refined::{Refined, parts_of};
 use super::user_curves::UserCurves;
 use crate::mesh::correspondence::vertex_values_after;
 use crate::mesh::repair::Repaired;
+use crate::mesh::topology::topology;
 use crate::options::{Length, Sizing};
 use crate::{ProgressToken, Result};
 
@@ -24,25 +26,43 @@ pub(crate) struct Plan {
     pub min_edge: Option<Length>,
     /// The user's curves on the repaired mesh.
     pub curves: UserCurves,
+    /// Vertices that stay where they are.
+    pub pinned: Pinned,
     /// Lengths that hold in parts of it, at its vertices as `sizing`.
     pub refined: Refined,
 }
 
 impl Plan {
+    /// Whether the user wants edges or vertices that local operations do not know of.
+    pub fn has_kept(&self) -> bool {
+        !self.curves.is_empty() || !self.pinned.is_empty()
+    }
+
     /// For all components of the mesh that `repaired` was made from. Ragged borders of labels become smooth
     /// in it, and parts to be refined are divided.
     ///
     /// # Errors
-    /// Those of [`Refined::new`], and of the user's lines.
+    /// Those of [`Pinned::new`], [`Refined::new`], and of the user's lines.
     pub fn new(input: &RunInput, repaired: &mut Repaired, progress: &ProgressToken) -> Result<Self> {
         let RunInput { mesh, options, vertices, lengths, .. } = *input;
         let method = &options.coarse_to_fine;
         let mut curves = UserCurves::new(mesh, repaired, options, input.gives_up_fixed);
+        let wanted = (options, vertices);
+        let has_points = !method.points.is_empty();
+        let before = has_points.then(|| repaired.mesh.clone());
+        let (pinned, divided) = Pinned::new(repaired, wanted, progress)?;
+        if let Some(before) = &before {
+            for half_edges in curves.half_edges(before)? {
+                *half_edges = parts_of(half_edges, before, &repaired.mesh, &divided);
+            }
+        }
         let mut refined = Refined::default();
         if !method.refine.is_empty() {
             let half_edges = curves.half_edges(&repaired.mesh)?;
-            refined = Refined::new(repaired, (options, vertices), half_edges, progress)?;
+            refined = Refined::new(repaired, wanted, half_edges, progress)?;
         }
+        refined.undivided = before.as_ref().map(topology).or(refined.undivided);
+        refined.keep_shorter(&pinned.boundary_lengths, repaired.mesh.vertices.len());
         let sizing = match (lengths, &method.sizing) {
             (Some(lengths), _) => Sizing::Given(lengths.values.to_vec()),
             // Further attempts would have lengths of their own.
@@ -61,6 +81,7 @@ impl Plan {
             sizing,
             min_edge: method.min_edge.or(lengths.map(|lengths| lengths.shortest)),
             curves,
+            pinned,
             refined,
         })
     }

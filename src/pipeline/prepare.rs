@@ -13,6 +13,7 @@ use super::outcome::Outcome;
 use super::plan::Plan;
 use super::run_context::RunContext;
 use super::sides::face_as;
+use super::warning::Warning;
 use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
@@ -128,14 +129,19 @@ impl Prepared {
         self.small.iter().map(|part| part.vertices.len()).sum()
     }
 
-    /// Takes the mesh of an outcome and adds the small components, in the input's units.
-    pub fn assemble(&self, outcome: &mut Outcome) -> TriMesh {
+    /// Takes the mesh of an outcome and adds the small components, in the input's units. Also what is to be
+    /// said of vertices that the user wanted to be kept.
+    pub fn assemble(&self, outcome: &mut Outcome) -> (TriMesh, Vec<Warning>) {
         let mut mesh = std::mem::take(&mut outcome.mesh);
+        let pinned = self.plan.pinned.among(&mesh.vertices);
         face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
         mesh.vertices.par_iter_mut().for_each(|p| *p = self.frame.to_input_units(*p));
+        // Exactly, and not there and back.
+        pinned.into_iter().for_each(|(v, position)| mesh.vertices[v] = position);
         separate_coincident(&mut mesh);
-        mesh
+        let warnings = self.plan.pinned.warnings(&mesh);
+        (mesh, warnings)
     }
 }
 
@@ -207,7 +213,7 @@ fn divide(
     progress: &ProgressToken,
 ) -> Result<Option<Division>> {
     // The user's curves may be on a small component, and the other method's presets are never changed.
-    if options.method != Method::CoarseToFine || !plan.curves.is_empty() {
+    if options.method != Method::CoarseToFine || plan.has_kept() {
         return Ok(None);
     }
     if Components::new(mesh).count() == 1 {

@@ -3,6 +3,7 @@
 use super::RunInput;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
+use super::face_count::with_vertices;
 use super::memory::bytes_needed;
 use super::plan::Plan;
 use super::prepare::repaired_for;
@@ -73,6 +74,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
 /// See there.
 pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
+    let options = &with_vertices(mesh, repaired.as_ref(), options)?;
     if let Sizing::Deviation(_) = options.coarse_to_fine.sizing {
         let problem = "a maximum deviation has no plan in advance, because its edge lengths follow from \
         several runs";
@@ -80,21 +82,9 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
     let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired, &ProgressToken::default())?;
-    let frame = UnitFrame::of(&repaired.mesh)?;
-    let unit = TriMesh {
-        vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
-        triangles: repaired.mesh.triangles.clone(),
-    };
+    let surface = PreviewedSurface::new(&repaired.mesh, options, &plan)?;
+    let (unit, diagonal) = (&surface.unit, surface.diagonal);
     let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| unit.triangle_area(t)).collect();
-    let surface = PreviewedSurface {
-        input: &repaired.mesh,
-        euler: topology(&unit).euler,
-        area: areas.iter().sum(),
-        unit,
-        diagonal: frame.scale,
-        options,
-        plan: &plan,
-    };
     let PreviewedCount { vertices, levels, features, curves, field } = surface.with_enough_vertices()?;
     let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.density(t)).collect();
     let interior = levels.last().map_or(0, |last| last.interior);
@@ -105,7 +95,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let level = |plan: &LevelPlan| PreviewLevel {
         vertices: plan.sites,
         on_curves: plan.sites - plan.interior,
-        spacing: plan.spacing * frame.scale,
+        spacing: plan.spacing * diagonal,
     };
     Ok(Preview {
         repaired: repaired.counts,
@@ -117,7 +107,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
                 [undivided.vertices, undivided.faces]
             }),
         vertices,
-        spacing: spacing(surface.area, vertices) * frame.scale,
+        spacing: spacing(surface.area, vertices) * diagonal,
         collapses: levels.is_empty(),
         levels: levels.iter().map(level).collect(),
         curves: features.curves.len(),
@@ -126,6 +116,21 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         patches: by_patch(&features, &weighted, interior),
         device_bytes: bytes_needed(&repaired.mesh, options, vertices, curves.is_some())?,
     })
+}
+
+/// The sum of 2 - s over the edges of a result with s triangles, as far as the curves tell: its boundary
+/// edges, less what junctions have beyond two triangles.
+///
+/// # Errors
+/// As [`preview`].
+pub(super) fn single_sides(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Result<i64> {
+    let mut repaired = repaired.clone();
+    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired, &ProgressToken::default())?;
+    let surface = PreviewedSurface::new(&repaired.mesh, options, &plan)?;
+    let PreviewedCount { levels, curves, .. } = surface.with_enough_vertices()?;
+    let (Some(curves), Some(last)) = (&curves, levels.last()) else { return Ok(0) };
+    let counts = curves.count(last.spacing);
+    Ok(2 * counts.segments as i64 - counts.sides as i64)
 }
 
 /// The surface of a run that is not made.
@@ -152,14 +157,30 @@ struct PreviewedCount {
     field: SizeField,
 }
 
-impl PreviewedSurface<'_> {
+impl<'a> PreviewedSurface<'a> {
+    fn new(input: &'a TriMesh, options: &'a Options, plan: &'a Plan) -> Result<Self> {
+        let frame = UnitFrame::of(input)?;
+        let unit = TriMesh {
+            vertices: input.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
+            triangles: input.triangles.clone(),
+        };
+        let (euler, area) = (topology(&unit).euler, unit.area());
+        Ok(Self { input, euler, area, unit, diagonal: frame.scale, options, plan })
+    }
+
     /// The number of vertices that was asked for, or a larger one as a run would take it.
     fn with_enough_vertices(&self) -> Result<PreviewedCount> {
         let mut vertices = self.plan.vertices;
         loop {
             if self.options.method != Method::CoarseToFine {
                 let spacing = spacing(self.area, vertices);
-                let levels = vec![LevelPlan { sites: vertices, interior: vertices, spacing }];
+                let levels = vec![LevelPlan {
+                    sites: vertices,
+                    interior: vertices,
+                    is_finest: true,
+                    points: 0,
+                    spacing,
+                }];
                 let (features, curves, field) = (Features::default(), None, SizeField::default());
                 return Ok(PreviewedCount { vertices, levels, features, curves, field });
             }
@@ -172,7 +193,11 @@ impl PreviewedSurface<'_> {
                     vertices = enough(curves, self.area, vertices);
                     continue;
                 }
-                (Err(Error::Usage { .. }), _) if self.plan.curves.may_be_lost(self.options) => Vec::new(),
+                (Err(Error::Usage { .. }), _)
+                    if self.plan.pinned.is_empty() && self.plan.curves.may_be_lost(self.options) =>
+                {
+                    Vec::new()
+                }
                 (levels, _) => levels.map_err(|error| self.plan.curves.name_borders(error))?,
             };
             return Ok(PreviewedCount { vertices, levels, features, curves, field });
@@ -185,6 +210,8 @@ impl PreviewedSurface<'_> {
         let feature_options = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
             user_edges: plan.curves.edges(self.input)?,
+            user_corners: plan.pinned.vertices.clone(),
+            keep_boundary: plan.pinned.keeps_boundary,
             ..FeatureOptions::new(spacing(self.area, vertices))
         };
         let features = find_features(unit, &feature_options)?;

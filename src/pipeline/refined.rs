@@ -1,5 +1,5 @@
-//! Edge lengths that the user asks for in parts of the surface: where they hold on the repaired mesh, which is
-//! divided there as finely as the lengths change.
+//! Edge lengths that the user asks for in parts of the surface: where they hold on the repaired mesh, which
+//! is divided there as finely as the lengths change.
 
 use super::memory::MOST_HALVED;
 use super::prepare::submesh_values;
@@ -35,8 +35,8 @@ const ENOUGH: usize = 30;
 /// The lengths on a repaired mesh.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Refined {
-    /// The length at each vertex of the mesh, in diagonals of its box; infinite where none is asked for. Empty
-    /// if there are none at all.
+    /// The length at each vertex of the mesh, in diagonals of its box; infinite where none is asked for.
+    /// Empty if there are none at all.
     pub lengths: Vec<f64>,
     /// Names of the regions that no part of the surface is in.
     pub missed: Vec<String>,
@@ -49,8 +49,8 @@ pub(crate) struct Refined {
 }
 
 impl Refined {
-    /// What the options ask for. The mesh becomes finer in the regions and around them, and `curves`, edges by
-    /// their ends, become the parts of themselves.
+    /// What the options ask for. The mesh becomes finer in the regions and around them, and `curves`, edges
+    /// by their ends, become the parts of themselves.
     ///
     /// # Errors
     /// [`Error::Usage`] if the lengths need more vertices than there will be, [`Error::Cancelled`].
@@ -85,8 +85,9 @@ impl Refined {
         if let Some(Halved { mesh, origin, halves }) = halved {
             undivided = Some(topology(&repaired.mesh));
             let first = repaired.mesh.vertices.len() as u32;
+            let halves = (first, halves);
             for list in half_edges {
-                *list = divided(list, &repaired.mesh, &mesh, (first, &halves));
+                *list = parts_of(list, &repaired.mesh, &mesh, &halves);
             }
             let origin: Vec<u32> = origin.iter().map(|t| repaired.origin[*t as usize]).collect();
             (repaired.mesh, repaired.origin) = (mesh, origin);
@@ -111,6 +112,19 @@ impl Refined {
         Ok(Self { lengths, missed, undivided, places: Arc::new(places), place_of })
     }
 
+    /// Takes the lengths of these vertices, of so many in all, for others.
+    pub fn keep_shorter(&mut self, lengths: &[(u32, f64)], count: usize) {
+        if !lengths.is_empty() && self.is_empty() {
+            (self.lengths, self.place_of) = (vec![f64::INFINITY; count], vec![NONE; count]);
+        }
+        for (v, length) in lengths {
+            let own = &mut self.lengths[*v as usize];
+            if length < own {
+                (*own, self.place_of[*v as usize]) = (*length, NONE);
+            }
+        }
+    }
+
     /// Keeps what belongs to `part`, which has these triangles of the mesh.
     pub fn keep(&mut self, mesh: &TriMesh, triangles: &[u32], part: &TriMesh) {
         self.lengths = submesh_values(&self.lengths, mesh, triangles, part);
@@ -123,9 +137,9 @@ impl Refined {
         self.lengths.iter().zip(&self.place_of).map(|(length, place)| length * factor(*place)).collect()
     }
 
-    /// For each region how much longer than asked for the edges of a mesh are there, whose vertices are in the
-    /// units of the input; 1 where there are too few to tell, and where edges are to be longer than `longest`,
-    /// since those around keep them short.
+    /// For each region how much longer than asked for the edges of a mesh are there, whose vertices are in
+    /// the units of the input; 1 where there are too few to tell, and where edges are to be longer than
+    /// `longest`, since those around keep them short.
     pub fn achieved(&self, mesh: &TriMesh, growth: f64, longest: f64) -> Vec<f64> {
         let place_of = |p: DVec3| {
             let inside = self.places.iter().enumerate().filter(|(_, place)| place.contains(p));
@@ -162,9 +176,16 @@ fn is_coarse(mesh: &TriMesh, size: impl Fn(DVec3, DVec3) -> f64) -> bool {
         .any(|[a, b, c]| [[a, b], [b, c], [c, a]].into_iter().any(is_long))
 }
 
-/// The error that the lengths take `share` times as many vertices as there are, at least or at most.
-pub(crate) fn refuse_share(vertices: usize, share: f64) -> Error {
+/// The error that the lengths, or those at kept vertices, take `share` times as many vertices as there are,
+/// at least or at most.
+pub(crate) fn refuse_share(options: &Options, vertices: usize, share: f64) -> Error {
     let count = vertices as f64 * share;
+    if options.coarse_to_fine.refine.is_empty() {
+        let problem = format!(
+            "edges at kept points and boundaries need about {count:.0} vertices, and there are {vertices}"
+        );
+        return Error::option("vertices", problem, "ask for more vertices");
+    }
     if share > 1.0 {
         let needed = (count * (1.0 + LEAST_REST)).ceil();
         let problem =
@@ -180,8 +201,8 @@ pub(crate) fn refuse_share(vertices: usize, share: f64) -> Error {
 /// says otherwise, on the repaired mesh.
 ///
 /// # Errors
-/// [`Error::Usage`] for options out of range and more vertices than an index can count; [`Error::Input`] for a
-/// mesh without extent.
+/// [`Error::Usage`] for options out of range and more vertices than an index can count; [`Error::Input`] for
+/// a mesh without extent.
 pub(crate) fn refined_vertices(repaired: &Repaired, options: &Options, outside: Length) -> Result<usize> {
     let mut repaired = repaired.clone();
     let frame = UnitFrame::of(&repaired.mesh)?;
@@ -286,7 +307,12 @@ impl Place {
 
 /// Half-edges of a mesh as those of the one that its edges were halved in; `halves` are the ends of the edges
 /// that the vertices from `first` on halve.
-fn divided(list: &[u32], before: &TriMesh, after: &TriMesh, (first, halves): (u32, &[[u32; 2]])) -> Vec<u32> {
+pub(super) fn parts_of(
+    list: &[u32],
+    before: &TriMesh,
+    after: &TriMesh,
+    (first, halves): &(u32, Vec<[u32; 2]>),
+) -> Vec<u32> {
     if list.is_empty() {
         return Vec::new();
     }
@@ -295,7 +321,7 @@ fn divided(list: &[u32], before: &TriMesh, after: &TriMesh, (first, halves): (u3
         edge_key(a, b)
     };
     let mut edges: EdgeSet = list.iter().map(|half| ends(before, *half)).collect();
-    for (middle, [a, b]) in (first..).zip(halves) {
+    for (middle, [a, b]) in (*first..).zip(halves) {
         if edges.contains(&edge_key(*a, *b)) {
             edges.extend([edge_key(*a, middle), edge_key(middle, *b)]);
         }

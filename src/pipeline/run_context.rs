@@ -33,6 +33,6 @@ pub(crate) struct RunContext<'a> {
 impl RunContext<'_> {
     /// Whether the surface may be simplified without its curves if there are too few vertices.
     pub fn may_simplify(&self) -> bool {
-        self.plan.curves.may_be_lost(self.options)
+        self.plan.pinned.is_empty() && self.plan.curves.may_be_lost(self.options)
     }
 }

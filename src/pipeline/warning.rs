@@ -15,6 +15,8 @@ pub enum WarningCode {
     UnfilledFaces,
     /// The number of vertices of the result is not the one asked for.
     VertexCount,
+    /// The number of triangles of the result is not the one asked for.
+    FaceCount,
     /// The input is a closed manifold, and the result is not.
     OpenResult,
     /// Components, handles or boundary loops differ.
@@ -53,6 +55,8 @@ pub enum WarningCode {
     CutShort,
     /// Textures are not kept.
     Textures,
+    /// Points or boundary vertices that are to be kept are not, or not where they were.
+    Points,
     /// No part of the surface is in a region to be refined.
     Refine,
 }

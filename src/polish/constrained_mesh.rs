@@ -24,6 +24,9 @@ pub struct ConstrainedMesh {
     /// Whether each vertex stays where it is, or on its curve, as boundary vertices do; vertices beyond the
     /// end of the list do not.
     pub fixed: Vec<bool>,
+    /// Whether each vertex stays exactly where it is and is never removed, nor an edge between two of them
+    /// divided; empty if there are none.
+    pub pinned: Vec<bool>,
     /// Its edges on curves, in order along each, which stay. If there are none, all edges between two fixed
     /// vertices do.
     pub curve_edges: Vec<CurveEdge>,

@@ -5,6 +5,7 @@ use super::on_surface::SitesOnSurface;
 use super::seed::stratified;
 use super::surface::Surface;
 use super::surface_curves::SurfaceCurves;
+use crate::mesh::NONE;
 use crate::mesh::features::LONGEST_RIM;
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
@@ -15,6 +16,9 @@ use std::collections::BTreeMap;
 /// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
 /// its boundary.
 const CLEARANCE: f64 = 0.6;
+/// Minimum distance from a point of the user's, as a fraction of that. In an even layout, one site is closer,
+/// whose place the point takes.
+const OF_POINT: f64 = 0.875;
 /// Attempts to scatter more seeds where many fall near curves.
 const TRIES: u32 = 4;
 
@@ -93,6 +97,15 @@ fn sizes_by_segments(curves: &SurfaceCurves, sites: &CurveSites, spacing: f64) -
             line.is_closed() && curve.sides == 2 && line.length() < LONGEST_RIM * spacing * sites.sizes[i]
         })
     };
-    let size = |i: usize| if is_rim(i) { longest[i].min(sites.sizes[i]) } else { sites.sizes[i] };
+    let is_point = |i: usize| i >= curves.corners.len() && sites.curve_positions[i].curve == NONE;
+    let size = |i: usize| {
+        if is_point(i) {
+            OF_POINT * sites.sizes[i]
+        } else if is_rim(i) {
+            longest[i].min(sites.sizes[i])
+        } else {
+            sites.sizes[i]
+        }
+    };
     (0..sites.sizes.len()).map(size).collect()
 }

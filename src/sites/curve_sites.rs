@@ -31,7 +31,7 @@ const FEW: usize = 256;
 /// A point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CurvePosition {
-    /// The curve; [`NONE`] at a corner.
+    /// The curve; [`NONE`] at a corner and at a point of the user's.
     pub curve: u32,
     /// Arc length from the curve's beginning; 0 at a corner.
     pub arc_length: f64,
@@ -40,7 +40,8 @@ pub struct CurvePosition {
 /// The sites on all curves for one spacing. They do not move before the polish.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurveSites {
-    /// Positions on the surface's edges and vertices: the corners in order, then curve after curve.
+    /// Positions on the surface's edges and vertices: the corners in order, then curve after curve, then the
+    /// user's points.
     pub positions: Vec<DVec3>,
     /// The edge or vertex of the surface that each is on.
     pub places: Vec<Place>,
@@ -118,6 +119,18 @@ impl SurfaceCurves {
         sites
     }
 
+    /// Those, and the user's points behind them.
+    pub fn sites_and_points(&self, spacing: f64) -> CurveSites {
+        let mut sites = self.sites(spacing);
+        for (k, point) in self.points.iter().enumerate() {
+            sites.positions.push(self.vertices[*point as usize]);
+            sites.places.push(Place::Vertex(*point));
+            sites.curve_positions.push(CurvePosition { curve: NONE, arc_length: 0.0 });
+            sites.sizes.push(self.point_size(k));
+        }
+        sites
+    }
+
     /// Adds the inner sites of a curve at these arc lengths, and the segments between all of them.
     fn place_along(&self, number: u32, curve: &CurvePath, arc_lengths: &[f64], sites: &mut CurveSites) {
         let corner = |v: Option<&u32>| {
@@ -189,6 +202,9 @@ fn segments(curve: &CurvePath, spacing: f64) -> usize {
 /// Calls `visit` for the stretches of a curve in which sites have equal distances, in order.
 fn for_each_stretch(curve: &CurvePath, spacing: f64, visit: &mut impl FnMut(&EvenStretch)) {
     let whole = [0.0, curve.line.length()];
+    if curve.is_whole {
+        return visit(&EvenStretch::new(curve, whole, 1));
+    }
     let mut stretches = Vec::new();
     split_at_bends(curve, whole, spacing, &mut stretches);
     let count = stretches.iter().fold(0, |sum: usize, even| sum.saturating_add(even.count));

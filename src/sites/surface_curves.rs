@@ -9,7 +9,7 @@ use crate::mesh::polyline::Polyline;
 use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
 use crate::mesh::triangle::angle_at_first;
 use glam::DVec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Curves, corners and patches over the vertices and triangles of a surface.
 pub struct SurfaceCurves {
@@ -19,6 +19,14 @@ pub struct SurfaceCurves {
     /// The other curves, which may have bends.
     pub(crate) with_bends: Vec<u32>,
     pub(crate) corners: Vec<u32>,
+    /// Corners on no curve that are there only because the user marked them; not among the others.
+    pub(crate) points: Vec<u32>,
+    /// The curves of all levels but the finest, if these are others.
+    coarse: Option<Box<Self>>,
+    /// Where edge lengths differ: that at each of the points.
+    point_sizes: Vec<f64>,
+    /// Corners that are there only because the user marked them: curves go on there.
+    pub(crate) user_corners: Vec<u32>,
     /// Where edge lengths differ: that at each corner.
     corner_sizes: Vec<f64>,
     /// The patch of each triangle.
@@ -42,6 +50,8 @@ pub(crate) struct CurvePath {
     pub sides: usize,
     /// Fewest segments that do not double an edge.
     pub fewest: usize,
+    /// Whether it is one segment, whatever its length.
+    pub is_whole: bool,
     /// Where edge lengths differ: that at each point.
     pub sizes: Vec<f64>,
     /// Their [measures](CurvePath::measure).
@@ -125,11 +135,18 @@ impl SurfaceCurves {
             }
         }
         let star = triangles_around(vertices.len(), triangles);
+        let ends: HashSet<u32> = half_edges.keys().flat_map(|(a, b)| [*a, *b]).collect();
+        let is_point = |v: &u32| features.user_corners.binary_search(v).is_ok() && !ends.contains(v);
+        let (points, corners) = features.corners.iter().copied().partition(is_point);
         let mut curves = Self {
             curves: Vec::new(),
             single_edges: Vec::new(),
             with_bends: Vec::new(),
-            corners: features.corners.clone(),
+            corners,
+            points,
+            coarse: None,
+            point_sizes: Vec::new(),
+            user_corners: features.user_corners.clone(),
             corner_sizes: Vec::new(),
             patches: features.patches.clone(),
             on_curve,
@@ -141,10 +158,22 @@ impl SurfaceCurves {
         curves.curves = (polylines.into_iter().zip(&features.curves))
             .map(|(polyline, curve)| curves.path(polyline, curve))
             .collect();
+        curves.curves.iter_mut().zip(&features.whole).for_each(|(path, whole)| path.is_whole = *whole);
         curves.forbid_doubled_edges();
         curves.keep_slits_open();
         curves.list_single_edges();
         Some(curves)
+    }
+
+    /// With other curves for coarser levels than the finest.
+    #[must_use]
+    pub(crate) fn with_coarse(self, coarse: Option<Self>) -> Self {
+        Self { coarse: coarse.map(Box::new), ..self }
+    }
+
+    /// The curves of all levels but the finest.
+    pub(crate) fn coarse(&self) -> &Self {
+        self.coarse.as_deref().unwrap_or(self)
     }
 
     /// How many curves there are.
@@ -168,6 +197,7 @@ impl SurfaceCurves {
         if field.is_uniform() {
             return self;
         }
+        self.coarse = self.coarse.map(|coarse| Box::new(coarse.with_sizes(field)));
         for path in &mut self.curves {
             path.sizes = path.vertices.iter().map(|v| field.at_vertex(*v)).collect();
             let mut measure = 0.0;
@@ -178,9 +208,15 @@ impl SurfaceCurves {
             });
             path.measured = std::iter::once(0.0).chain(steps).collect();
         }
+        self.point_sizes = self.points.iter().map(|v| field.at_vertex(*v)).collect();
         self.corner_sizes = self.corners.iter().map(|v| field.at_vertex(*v)).collect();
         self.list_single_edges();
         self
+    }
+
+    /// The edge length at point `point`, relative to the spacing.
+    pub(crate) fn point_size(&self, point: usize) -> f64 {
+        self.point_sizes.get(point).copied().unwrap_or(1.0)
     }
 
     /// The edge length at corner `corner`, relative to the spacing.
@@ -208,6 +244,7 @@ impl SurfaceCurves {
             line,
             sides,
             fewest: if loops { 3 } else { 1 },
+            is_whole: false,
             sizes: Vec::new(),
             measured: Vec::new(),
         }
@@ -219,7 +256,7 @@ impl SurfaceCurves {
         let mut ends: HashMap<u32, u32> = HashMap::new();
         let of = |path: &CurvePath| [path.vertices.first().copied(), path.vertices.last().copied()];
         self.curves.iter().flat_map(of).flatten().for_each(|v| *ends.entry(v).or_default() += 1);
-        for path in &mut self.curves {
+        for path in self.curves.iter_mut().filter(|path| !path.is_whole) {
             if of(path).into_iter().flatten().all(|v| ends[&v] == 1) {
                 path.fewest = path.fewest.max(2);
             }
@@ -234,7 +271,7 @@ impl SurfaceCurves {
         };
         let mut count: HashMap<_, u32> = HashMap::new();
         self.curves.iter().for_each(|path| *count.entry(key(path)).or_default() += 1);
-        for path in &mut self.curves {
+        for path in self.curves.iter_mut().filter(|path| !path.is_whole) {
             if count[&key(path)] > 1 {
                 path.fewest = path.fewest.max(2);
             }
@@ -248,7 +285,9 @@ impl SurfaceCurves {
             if path.line.is_closed() || path.line.bends() > 0 {
                 self.with_bends.push(number);
             } else {
-                let measure = path.measure(path.line.length()) - path.measure(0.0);
+                let length = path.measure(path.line.length()) - path.measure(0.0);
+                // Too short for more than one segment.
+                let measure = if path.is_whole { 0.0 } else { length };
                 let (sides, fewest) = (path.sides as u32, path.fewest as u32);
                 self.single_edges.push(SingleEdge { measure, sides, fewest });
             }

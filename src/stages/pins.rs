@@ -44,7 +44,9 @@ impl PinnedSites {
         (curve_sites, pins): (&CurveSites, &[u32]),
         spacing: f64,
     ) -> Self {
-        let lines = lines(curve_sites, curves.corner_count(), spacing);
+        let goes_on = |corner: &u32| curves.user_corners.binary_search(corner).is_ok();
+        let goes_on: Vec<bool> = curves.corners.iter().map(goes_on).collect();
+        let lines = lines(curve_sites, &goes_on, spacing);
         let mut result = Self::default();
         for (i, pin) in pins.iter().enumerate() {
             let at = sites.positions[i].as_vec3();
@@ -65,9 +67,9 @@ impl PinnedSites {
     }
 }
 
-/// For each site the code of its curve: the direction, and how far it goes on; 0 at `corners`, which come
-/// first, and where it has no direction.
-fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
+/// For each site the code of its curve: the direction, and how far it goes on; 0 where it has no direction,
+/// and at corners, which come first, unless the curve `goes_on` there.
+fn lines(sites: &CurveSites, goes_on: &[bool], spacing: f64) -> Vec<u32> {
     let mut beside = vec![Vec::new(); sites.positions.len()];
     for [a, b] in &sites.segments {
         beside[*a as usize].push(*b);
@@ -77,7 +79,7 @@ fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
         let &[a, b] = beside.as_slice() else { return 0 };
         let [at, a, b] = [i as u32, a, b].map(|site| sites.positions[site as usize]);
         let direction = (b - a).normalize_or_zero();
-        if i < corners || direction == DVec3::ZERO {
+        if goes_on.get(i).is_some_and(|goes_on| !goes_on) || direction == DVec3::ZERO {
             return 0;
         }
         let quarters = (2.0 * (a.distance(at) + at.distance(b)) / (spacing * sites.sizes[i]))

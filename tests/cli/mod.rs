@@ -9,6 +9,7 @@ pub mod errors;
 pub mod files;
 pub mod html;
 pub mod inspect;
+pub mod kept;
 #[cfg(unix)]
 pub mod odd_files;
 pub mod render;

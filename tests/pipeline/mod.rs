@@ -6,6 +6,7 @@ pub mod curves;
 pub mod deviation;
 pub mod dirty;
 pub mod exact;
+pub mod kept;
 pub mod label_borders;
 pub mod models;
 pub mod presets;

@@ -162,6 +162,7 @@ pub fn run(args: &Args) -> Result<()> {
     let log_path = args.output.log.clone().unwrap_or_else(|| args.output.out.join("batch.jsonl"));
     refuse_overwriting(args, &jobs, &log_path)?;
     options.coarse_to_fine.features = args.method.read_features()?;
+    options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
     let jobs = match args.output.shard()? {
         Some(shard) => shard.select(jobs),
         None => jobs,

@@ -48,6 +48,10 @@ pub struct FeatureOptions {
     pub spacing: f64,
     /// Edges that the user marks as curves, each as its two vertices in either order.
     pub user_edges: Vec<[u32; 2]>,
+    /// Vertices that the user marks as corners.
+    pub user_corners: Vec<u32>,
+    /// Whether boundary edges between such corners are curves of their own that stay whole.
+    pub keep_boundary: bool,
     /// Whether rows of edges between facets narrower than the spacing are taken for those of a round surface
     /// that is sampled coarsely, and not for sharp edges.
     pub round_facets: bool,
@@ -59,7 +63,14 @@ impl FeatureOptions {
 
     /// The default options for an output of this spacing, in the mesh's units.
     pub fn new(spacing: f64) -> Self {
-        Self { feature_angle: Self::FEATURE_ANGLE, spacing, user_edges: Vec::new(), round_facets: false }
+        Self {
+            feature_angle: Self::FEATURE_ANGLE,
+            spacing,
+            user_edges: Vec::new(),
+            user_corners: Vec::new(),
+            keep_boundary: false,
+            round_facets: false,
+        }
     }
 }
 
@@ -75,6 +86,10 @@ pub struct Features {
     pub patches: Vec<u32>,
     /// How many patches there are.
     pub patch_count: usize,
+    /// Corners that are there only because the user marked them, ascending.
+    pub user_corners: Vec<u32>,
+    /// For each curve whether it is one edge that stays whole; empty if none is.
+    pub whole: Vec<bool>,
     /// Sharp edges that were discarded again.
     pub discarded: Discarded,
 }
@@ -120,12 +135,30 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
     }
     discarded.in_units(frame.scale);
 
-    let corners = corners::find(&graph, &surface, scale.spacing);
+    let mut corners = corners::find(&graph, &surface, scale.spacing);
+    let mut user_corners = options.user_corners.clone();
+    user_corners.retain(|v| corners.get_mut(*v as usize).is_some_and(|is| !std::mem::replace(is, true)));
+    user_corners.sort_unstable();
     let mut curves = chains::curves(&graph, &corners);
     curves.iter_mut().for_each(|curve| curve.length *= frame.scale);
+    let whole = whole_curves(&curves, options);
     let (patches, patch_count) = patches::patches(&graph, &surface);
     let corners = (0..).zip(&corners).filter(|(_, is)| **is).map(|(vertex, _)| vertex).collect();
-    Ok(Features { curves, corners, patches, patch_count, discarded })
+    Ok(Features { curves, corners, patches, patch_count, user_corners, whole, discarded })
+}
+
+/// For each curve whether it is a boundary edge between corners of the user's that stays whole.
+fn whole_curves(curves: &[Curve], options: &FeatureOptions) -> Vec<bool> {
+    if !options.keep_boundary {
+        return Vec::new();
+    }
+    let mut corners = options.user_corners.clone();
+    corners.sort_unstable();
+    let is_kept = |v: &u32| corners.binary_search(v).is_ok();
+    let is_whole = |curve: &Curve| {
+        curve.kind == CurveKind::Boundary && curve.vertices.len() == 2 && curve.vertices.iter().all(is_kept)
+    };
+    curves.iter().map(is_whole).collect()
 }
 
 /// The spacing of `vertices` vertices on `mesh`: the edge length of a perfect hexagonal layout on its area,

@@ -46,6 +46,21 @@ impl SizeField {
         field
     }
 
+    /// With lengths no longer than these at some vertices of `surface`, which is that of the field, and than
+    /// what grows from them by `growth` per unit of distance; in the unit of the surface, like `spacing`.
+    #[must_use]
+    pub fn shortened(self, surface: &TriMesh, at: &[(u32, f64)], growth: f64, spacing: f64) -> Self {
+        if at.is_empty() {
+            return self;
+        }
+        let mut lengths: Vec<f64> =
+            (0..surface.vertices.len() as u32).map(|v| spacing * self.at_vertex(v)).collect();
+        for (v, length) in at {
+            lengths[*v as usize] = lengths[*v as usize].min(*length);
+        }
+        Self::new(surface.clone(), grown(surface, lengths, growth))
+    }
+
     /// Whether edges are equally long everywhere.
     pub fn is_uniform(&self) -> bool {
         self.lengths.is_empty()

@@ -232,7 +232,7 @@ impl Attempts<'_> {
             return Ok(first);
         }
         // Local operations do not know the user's curves, but another start may do.
-        if !self.context.plan.curves.is_empty() && !runner.progress.leave_out() {
+        if self.context.plan.has_kept() && !runner.progress.leave_out() {
             let model = runner.model_for(vertices)?;
             let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
             if !other.is_refused() {

@@ -7,6 +7,7 @@ use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::polish::{ConstrainedMesh, CurveEdge, SlidingCurve};
 use crate::sites::curve_sites::CurvePosition;
+use crate::sites::place::Place;
 use std::collections::HashMap;
 
 impl CoarseToFine<'_> {
@@ -16,11 +17,29 @@ impl CoarseToFine<'_> {
         let mut constrained = ConstrainedMesh { lengths, ..level.mesh.clone().into() };
         if let (Some(on_curves), Some(curves)) = (&level.on_curves, &self.model.curves) {
             constrained.fixed = on_curves.fixed();
+            constrained.pinned = self.pinned(on_curves);
             constrained.curve_edges = on_curves.curve_edges(curves.polylines());
             constrained.sliding_curves = on_curves.sliding_curves(curves.polylines());
             constrained.patches = patches(level, &curves.patches, &constrained);
         }
         constrained
+    }
+
+    /// Whether each vertex is one that the user wants where it is; empty if there are none.
+    fn pinned(&self, on_curves: &LevelCurves) -> Vec<bool> {
+        let pinned = &self.context.plan.pinned;
+        if pinned.is_empty() {
+            return Vec::new();
+        }
+        let wanted = self.model.pinned.as_slice();
+        let is_it = |pin: &u32| match on_curves.sites.places[*pin as usize] {
+            Place::Vertex(v) => {
+                on_curves.sites.curve_positions[*pin as usize].curve == NONE
+                    && wanted.binary_search(&v).is_ok()
+            }
+            _ => false,
+        };
+        on_curves.pins.iter().map(|pin| *pin != NONE && is_it(pin)).collect()
     }
 }
 

@@ -40,6 +40,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         sizing: Sizing::Uniform,
         min_edge: None,
         curves: UserCurves::default(),
+        pinned: Default::default(),
         refined: Default::default(),
     };
     let context = RunContext {

@@ -268,7 +268,7 @@ impl CoarseToFine<'_> {
 
     /// Whether a mesh of another topology is replaced as a whole by local operations.
     fn is_replaced_as_a_whole(&self) -> bool {
-        self.context.plan.curves.is_empty() && Components::new(&self.context.surface.mesh()).count() == 1
+        !self.context.plan.has_kept() && Components::new(&self.context.surface.mesh()).count() == 1
     }
 
     /// What is wrong with the mesh in the end, the worst first.

@@ -21,6 +21,10 @@ pub(crate) struct LevelPlan {
     pub sites: usize,
     /// The sites that are not on curves.
     pub interior: usize,
+    /// Whether it is the finest, which alone has what the user wants to be kept exactly.
+    pub is_finest: bool,
+    /// Of those that are not interior, the user's points.
+    pub points: usize,
     /// Edge length of a perfect layout.
     pub spacing: f64,
 }
@@ -39,10 +43,17 @@ pub(crate) struct Extent<'a> {
 /// [`Error::Usage`] if more than [`MOST_ON_CURVES`] of them would be on curves.
 pub(crate) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<LevelPlan>> {
     let Some(curves) = on.curves else {
-        let plain = |sites| LevelPlan { sites, interior: sites, spacing: spacing(on.area, sites) };
+        let plain = |sites| LevelPlan {
+            sites,
+            interior: sites,
+            is_finest: sites == count,
+            points: 0,
+            spacing: spacing(on.area, sites),
+        };
         return Ok(level_counts(count, on.euler, coarsest).into_iter().map(plain).collect());
     };
     let finest = finest(curves, on.area, count)?;
+    let curves = curves.coarse();
     let short = |h: f64| curves.lengths().filter(|length| *length < h).count() as f64;
     let already_short = short(finest.spacing);
     let mut levels = vec![finest];
@@ -86,7 +97,7 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
 /// `count`, or the least larger count that leaves enough sites besides those on curves.
 pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     // Each corner has a site, whatever the spacing.
-    let least = (curves.corners.len() as f64 / MOST_ON_CURVES) as usize;
+    let least = ((curves.corners.len() + curves.points.len()) as f64 / MOST_ON_CURVES) as usize;
     let count = count.max(least);
     let needed = |n: usize| fits(&even(curves, area, n));
     let mut high = count.max(1);
@@ -129,9 +140,10 @@ fn even(curves: &SurfaceCurves, area: f64, count: usize) -> LevelPlan {
         }
     }
     // From above: the number of curve sites may jump here, and the smaller number leaves more interior sites.
-    let on_curves = curves.count(high).sites;
-    let interior = count.saturating_sub(on_curves);
-    LevelPlan { sites: interior + on_curves, interior, spacing: high }
+    let points = curves.points.len();
+    let kept = curves.count(high).sites + points;
+    let interior = count.saturating_sub(kept);
+    LevelPlan { sites: interior + kept, interior, is_finest: true, points, spacing: high }
 }
 
 /// The level of twice the spacing whose interior sites, with a new one on every edge off the curves, are as
@@ -142,9 +154,12 @@ fn coarser(curves: &SurfaceCurves, euler: i64, finer: &LevelPlan) -> Option<Leve
     let [sites, segments, sides] = [on.sites, on.segments, on.sides].map(|count| count as i64);
     // V - E + F = χ, and the sides of F triangles are two for each edge off the curves and `sides` on them,
     // so there are 3 (V - segments - χ) + sides such edges.
-    let interior = (finer.interior as i64 - 3 * (sites - segments - euler) - sides).div_euclid(4);
+    // Where the finer level has points, the coarser one has nothing.
+    let finer_interior = (finer.interior + finer.points) as i64;
+    let interior = (finer_interior - 3 * (sites - segments - euler) - sides).div_euclid(4);
     let interior = usize::try_from(interior).ok()?;
-    Some(LevelPlan { sites: interior + on.sites, interior, spacing })
+    let sites = interior + on.sites;
+    Some(LevelPlan { sites, interior, is_finest: false, points: 0, spacing })
 }
 
 #[cfg(test)]

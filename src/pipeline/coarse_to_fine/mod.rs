@@ -15,6 +15,7 @@ pub(crate) mod level;
 mod level_mesh;
 pub(crate) mod levels;
 mod mend;
+mod near_points;
 mod refine;
 mod refined_lengths;
 mod ridges;
@@ -45,6 +46,9 @@ use levels::{Extent, LevelPlan, levels};
 use refine::{Coarser, CoarserCurves, refine};
 use shared::CoarseToFine;
 use uncovered::sites_for_uncovered;
+
+/// Iterations that the last level has more if there are points of the user's.
+const MAKING_ROOM: u32 = 50;
 
 /// Where the sites of a level come from.
 pub(crate) enum Origin {
@@ -190,8 +194,15 @@ impl CoarseToFine<'_> {
     fn iterations(&self, levels: usize, l: usize, is_scattered: bool) -> u32 {
         let method = &self.context.options.coarse_to_fine;
         let from_end = levels - 1 - l;
-        let refined = if from_end == 0 { self.context.options.iterations } else { method.coarse_iterations };
+        let last = self.context.options.iterations + self.more_iterations();
+        let refined = if from_end == 0 { last } else { method.coarse_iterations };
         if is_scattered { method.first_iterations.max(refined) } else { refined }
+    }
+
+    /// Further iterations of the last level, where sites make room for points.
+    fn more_iterations(&self) -> u32 {
+        let has_points = self.model.curves.as_ref().is_some_and(|curves| !curves.points.is_empty());
+        if has_points { MAKING_ROOM } else { 0 }
     }
 
     /// The initial sites of a level.
@@ -210,12 +221,15 @@ impl CoarseToFine<'_> {
             return (Start { sites, pinned: None }, None);
         };
         // Curve sites are placed anew on every level, since their spacing differs.
-        let curve_sites = curves.sites(plan.spacing);
+        let (curves, curve_sites) = match plan.is_finest {
+            true => (curves, curves.sites_and_points(plan.spacing)),
+            false => (curves.coarse(), curves.coarse().sites(plan.spacing)),
+        };
         let clearance = CurveClearance::new(curves, &curve_sites, plan.spacing);
         let interior = match &origin {
             Origin::Coarser(LevelMesh { mesh, sites, on_curves: Some(coarser), .. }) => {
                 let on_curves = CoarserCurves {
-                    curves,
+                    curves: curves.coarse(),
                     sites: &coarser.sites,
                     pins: &coarser.pins,
                     clearance: &clearance,

@@ -17,6 +17,9 @@ const FLAT: f64 = 0.01;
 
 /// Largest angle of a bend, in radians, that an edge longer than those of a uniform mesh may span.
 const TURN: f64 = 0.7;
+/// Where lengths are only fixed because a boundary is kept, they grow by this much from there: the less even
+/// triangles in between are few.
+const FROM_BOUNDARY: f64 = 0.8;
 /// Lengths that the user fixed may take this many times the vertices that there are.
 const EXACT: RangeInclusive<f64> = 0.95..=1.02;
 /// Minimum number of vertices of a component, unless a uniform mesh has fewer there.
@@ -40,7 +43,8 @@ pub(crate) struct SizeRequest<'a> {
 /// The size field over `surface`, which is in the unit-diagonal frame, with its curves.
 ///
 /// # Errors
-/// [`Error::Usage`] for bounds that exclude a uniform mesh and fixed lengths for another number of vertices, [`Error::Input`] for sizes that are not positive.
+/// [`Error::Usage`] for bounds that exclude a uniform mesh and fixed lengths for another number of vertices,
+/// [`Error::Input`] for sizes that are not positive.
 pub(crate) fn size_field(
     surface: &TriMesh,
     curves: Option<&SurfaceCurves>,
@@ -84,11 +88,14 @@ pub(crate) fn size_field(
     }
     let mut most = fit_for_cells(surface, &curvatures, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));
-    let growth = options.coarse_to_fine.growth;
+    let growth = match sizing.is_even() && options.coarse_to_fine.refine.is_empty() {
+        true => options.coarse_to_fine.growth.max(FROM_BOUNDARY),
+        false => options.coarse_to_fine.growth,
+    };
     let Graded { lengths, share } =
         graded(surface, &desired, &Bounds { spacing, least, largest: &most, growth, fixed });
     if !fixed.is_empty() && !EXACT.contains(&share) {
-        return Err(refuse_share(vertices, share));
+        return Err(refuse_share(options, vertices, share));
     }
     Ok(SizeField::new(surface.clone(), lengths))
 }

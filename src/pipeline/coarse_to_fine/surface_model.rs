@@ -1,9 +1,10 @@
 //! The surface in the forms that the default pipeline needs, with its features and its size field.
 
 use super::level::DeviceSurface;
+use super::near_points::{GROWTH, shorter_at_points};
 use super::size_field::{SizeRequest, size_field};
 use crate::gpu::Device;
-use crate::mesh::features::{FeatureOptions, find_features};
+use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::twins;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
@@ -50,6 +51,8 @@ pub(crate) struct SurfaceModel {
     /// `None` without features.
     pub curves: Option<SurfaceCurves>,
     pub sizes: SizeField,
+    /// Vertices of the surface that stay where they are, rising.
+    pub pinned: Vec<u32>,
     device_sizes: Option<DeviceSizes>,
     /// Counts of the features, without sites, and lengths in the units of the input.
     pub features: FeatureSummary,
@@ -70,6 +73,8 @@ impl SurfaceModel {
             feature_angle: options.coarse_to_fine.feature_angle,
             spacing: spacing(surface.area(), vertices),
             user_edges,
+            user_corners: plan.pinned.vertices.iter().map(|v| on_surface[*v as usize]).collect(),
+            keep_boundary: plan.pinned.keeps_boundary,
             round_facets,
         };
         let by_surface = |values: &[f64]| {
@@ -83,7 +88,10 @@ impl SurfaceModel {
             let (min_edge, given, fixed) = (plan.min_edge, given.as_slice(), fixed.as_slice());
             let diagonal = frame.scale;
             let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal };
-            size_field(&surface.mesh(), curves, &request)
+            let (mesh, spacing) = (surface.mesh(), spacing(surface.area(), vertices));
+            let field = size_field(&mesh, curves, &request)?;
+            let at_points = curves.map_or_else(Vec::new, |curves| shorter_at_points(curves, spacing));
+            Ok(field.shortened(&mesh, &at_points, GROWTH, spacing))
         };
         let mut model = Self::with(device, surface, &features, sizes, progress)?;
         model.features.in_units(frame.scale);
@@ -108,7 +116,16 @@ impl SurfaceModel {
         let parts = || -> Result<_> {
             let features = find_features(&mesh, options)?;
             progress.poll()?;
-            let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &features);
+            let of = |features: &Features| SurfaceCurves::new(&mesh.vertices, &mesh.triangles, features);
+            let coarse = match options.keep_boundary {
+                true => {
+                    let user_corners = Vec::new();
+                    let coarse = FeatureOptions { user_corners, keep_boundary: false, ..options.clone() };
+                    of(&find_features(&mesh, &coarse)?)
+                }
+                false => None,
+            };
+            let curves = of(&features).map(|curves| curves.with_coarse(coarse));
             let sizes = sizes(curves.as_ref())?;
             progress.poll()?;
             let curves = curves.map(|curves| curves.with_sizes(&sizes));
@@ -118,8 +135,18 @@ impl SurfaceModel {
         };
         let (parts, target) = rayon::join(parts, || Target::with_twins(&mesh, &twins));
         let (records, curves, features, sizes, device_sizes) = parts?;
+        let mut pinned = options.user_corners.clone();
+        pinned.sort_unstable();
         let patches = curves.as_ref().map_or_else(Vec::new, |curves| curves.patches.clone());
-        Ok(Self { records, target: target.in_patches(patches), curves, sizes, device_sizes, features })
+        Ok(Self {
+            records,
+            target: target.in_patches(patches),
+            curves,
+            sizes,
+            pinned,
+            device_sizes,
+            features,
+        })
     }
 
     /// The surface on the device.

@@ -32,7 +32,7 @@ impl Fallback<'_> {
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
         // Local operations do not know the user's curves, and what they made has no sites.
         let has_sites = faulty.sites.triangles.len() >= faulty.mesh.vertices.len();
-        if !self.context.plan.curves.is_empty() || !has_sites {
+        if self.context.plan.has_kept() || !has_sites {
             return Ok(None);
         }
         let surface = self.context.surface.mesh();

@@ -211,9 +211,9 @@ fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<
     }
     let wanted = FeatureOptions {
         feature_angle: options.coarse_to_fine.feature_angle,
-        spacing: report.summary.spacing,
         user_edges,
         round_facets: report.summary.features.is_some_and(|found| found.discarded.facet_edges > 0),
+        ..FeatureOptions::new(report.summary.spacing)
     };
     let mut found = find_features(mesh, &wanted)?.curves;
     if found.is_empty() {
