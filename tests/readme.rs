@@ -71,6 +71,12 @@ fn kitchen() -> Place {
     std::fs::write(place.path("organs.nrrd"), nrrd(&organs)).unwrap();
     std::fs::write(place.path("globe.gltf"), painted_globe()).unwrap();
     std::fs::write(place.path("tile.laz"), tile()).unwrap();
+    std::fs::write(place.path("sensors.xyz"), "0.5 0.5 1\n0.25 0 0.5\n").unwrap();
+    std::fs::create_dir(place.path("tiles")).unwrap();
+    let corners =
+        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.1 * x * y));
+    let square = TriMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] };
+    write(place.path("tiles/one.ply"), &square).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();
     place

@@ -67,10 +67,12 @@ pub struct MethodArgs {
     /// In any format that can be read; of a mesh, its vertices count. A point farther from the surface than
     /// 0.01 % of the diagonal becomes the nearest point of it, with a warning; one farther than 5 % is left
     /// out.
-    #[arg(long, value_name = "FILE", help_heading = FEATURES, conflicts_with = "local")]
+    #[arg(long, value_name = "FILE", help_heading = FEATURES, conflicts_with = "local",
+        hide_short_help = true)]
     points: Option<PathBuf>,
     /// Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match
-    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"])]
+    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"],
+        hide_short_help = true)]
     keep_boundary: bool,
     #[command(flatten)]
     sizing: SizingArgs,

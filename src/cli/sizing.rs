@@ -30,7 +30,8 @@ pub struct SizingArgs {
     /// number of triangles). Lengths are in input units or in percent of the diagonal. Around the part they
     /// change by --growth, and with -n the rest gets the vertices that are left. Where parts overlap, the
     /// shortest length counts.
-    #[arg(long, value_name = "WHERE=LENGTH", value_parser = wish, conflicts_with = "max_deviation")]
+    #[arg(long, value_name = "WHERE=LENGTH", value_parser = wish, conflicts_with = "max_deviation",
+        hide_short_help = true)]
     refine: Vec<Wish>,
     /// With --sizing curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]
     ///

@@ -38,7 +38,8 @@ pub(crate) struct Pinned {
     pub vertices: Vec<u32>,
     /// Whether boundary edges between them stay whole.
     pub keeps_boundary: bool,
-    /// The length that edges are to have at each boundary vertex, in diagonals, if the boundary is kept.
+    /// The length that edges are to have at each boundary vertex, in diagonals, if the boundary is kept and
+    /// its edges are shorter than others.
     pub boundary_lengths: Vec<(u32, f64)>,
     /// The position of each by that in the unit frame, which is rounded.
     positions: HashMap<[u64; 3], DVec3>,
@@ -97,7 +98,8 @@ impl Pinned {
         }
         let frame = UnitFrame::of(&repaired.mesh)?;
         if method.keep_boundary {
-            pinned.keep_boundary(&repaired.mesh, frame.scale);
+            let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
+            pinned.keep_boundary(&repaired.mesh, frame.scale, usual);
             pinned.refuse_too_many(vertices, "the boundary has", "`keep_boundary` keeps all of them")?;
         }
         if !method.points.is_empty() {
@@ -130,7 +132,7 @@ impl Pinned {
         self.vertices.is_empty()
     }
 
-    fn keep_boundary(&mut self, mesh: &TriMesh, scale: f64) {
+    fn keep_boundary(&mut self, mesh: &TriMesh, scale: f64, usual: f64) {
         let mut lengths: HashMap<u32, (f64, f64)> = HashMap::new();
         for sides in EdgeTable::new(&mesh.triangles).edges().filter(|sides| sides.len() == 1) {
             let (a, b) = sides[0].ends();
@@ -144,7 +146,9 @@ impl Pinned {
         self.vertices = lengths.keys().copied().collect();
         self.vertices.sort_unstable();
         let mean = |v: &u32| (*v, LOOSE * lengths[v].0 / lengths[v].1);
-        self.boundary_lengths = self.vertices.iter().map(mean).collect();
+        // Edges elsewhere do not become longer for those of a coarse boundary.
+        self.boundary_lengths =
+            self.vertices.iter().map(mean).filter(|(_, length)| *length < usual).collect();
     }
 
     fn refuse_too_many(&self, vertices: usize, what: &str, why: &str) -> Result<()> {
