@@ -99,6 +99,8 @@ struct Growing {
     divides: Vec<[u32; 2]>,
     is_fixed: Vec<bool>,
     snapping: Snapping,
+    /// Whether each vertex of the first mesh has a sharp edge or one at a boundary.
+    is_sharp: Vec<bool>,
     /// The triangles that divided ones became.
     parts: HashMap<u32, Vec<u32>>,
     /// The triangles at each edge.
@@ -115,8 +117,9 @@ impl Growing {
                 at_edge.entry(edge_key(*a, *b)).or_default().push(t);
             }
         }
-        Self {
+        let mut growing = Self {
             mesh: mesh.clone(),
+            is_sharp: vec![false; unit.len()],
             unit,
             origin: (0..mesh.triangles.len() as u32).collect(),
             divides: Vec::new(),
@@ -124,7 +127,11 @@ impl Growing {
             snapping,
             parts: HashMap::new(),
             at_edge,
-        }
+        };
+        let sharp = growing.at_edge.iter().filter(|(_, around)| !growing.is_smooth(around));
+        let ends: Vec<u32> = sharp.flat_map(|((a, b), _)| [*a, *b]).collect();
+        ends.into_iter().for_each(|v| growing.is_sharp[v as usize] = true);
+        growing
     }
 
     fn corners(&self, t: u32) -> [DVec3; 3] {
@@ -140,24 +147,34 @@ impl Growing {
         let closest = parts.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let t = closest.unwrap_or(origin);
         let [a, b, c] = self.mesh.triangles[t as usize];
-        let (edge, to_edge) = self.nearest([[a, b], [b, c], [c, a]], at);
-        let beside = self.reach_of(edge, t).max(near);
+        let sides = [[a, b], [b, c], [c, a]];
+        let reaches = sides.map(|side| self.reach_of(side, t).max(near));
         let corner = |v: &u32| self.unit[*v as usize].distance(at);
         let is_nearer = |a: &u32, b: &u32| corner(a).total_cmp(&corner(b));
         let nearest = [a, b, c].into_iter().min_by(is_nearer).unwrap_or(a);
-        if corner(&nearest) <= if edge.contains(&nearest) && to_edge <= beside { beside } else { near } {
-            if !self.is_fixed[nearest as usize] {
+        let length = |[a, b]: [u32; 2]| self.unit[a as usize].distance(self.unit[b as usize]);
+        let shortest = sides.map(length).into_iter().fold(f64::INFINITY, f64::min);
+        let reach = match self.is_sharp.get(nearest as usize) {
+            Some(true) => self.snapping.distance.min(MOST_OF_HEIGHT * shortest).max(near),
+            _ => near,
+        };
+        let is_fixed = self.is_fixed[nearest as usize];
+        if corner(&nearest) <= if is_fixed { near } else { reach } {
+            if !is_fixed {
                 (self.unit[nearest as usize], self.mesh.vertices[nearest as usize]) = point;
                 self.is_fixed[nearest as usize] = true;
             }
             return nearest;
         }
-        let is_on_edge = to_edge <= beside;
+        let near_sides =
+            sides.into_iter().zip(reaches).filter(|(side, reach)| self.distance(side, at) <= *reach);
+        let by_distance = |a: &[u32; 2], b: &[u32; 2]| self.distance(a, at).total_cmp(&self.distance(b, at));
+        let edge = near_sides.map(|(side, _)| side).min_by(by_distance);
         let new = self.unit.len() as u32;
         self.unit.push(point.0);
         self.mesh.vertices.push(point.1);
         self.is_fixed.push(true);
-        if is_on_edge {
+        if let Some(edge) = edge {
             self.divides.push(edge);
             self.divide_edge(edge, new);
         } else {
@@ -167,29 +184,29 @@ impl Growing {
         new
     }
 
-    /// The edge nearest to a point, and how far it is.
-    fn nearest(&self, edges: [[u32; 2]; 3], at: DVec3) -> ([u32; 2], f64) {
-        let distance = |[a, b]: &[u32; 2]| {
-            let [p, q] = [*a, *b].map(|v| self.unit[v as usize]);
-            let share = ((at - p).dot(q - p) / (q - p).length_squared()).clamp(0.0, 1.0);
-            p.lerp(q, share).distance(at)
-        };
-        let edge = edges.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(edges[0]);
-        (edge, distance(&edge))
+    /// How far a point is from an edge.
+    fn distance(&self, [a, b]: &[u32; 2], at: DVec3) -> f64 {
+        let [p, q] = [*a, *b].map(|v| self.unit[v as usize]);
+        let share = ((at - p).dot(q - p) / (q - p).length_squared()).clamp(0.0, 1.0);
+        p.lerp(q, share).distance(at)
+    }
+
+    /// Whether the triangles at an edge are two that meet without a crease.
+    fn is_smooth(&self, around: &[u32]) -> bool {
+        let normal = |t: u32| doubled_normal(self.corners(t));
+        matches!(*around, [one, other]
+            if normal(one).angle_between(normal(other)).to_degrees() < self.snapping.feature_angle)
     }
 
     /// How close to an edge points of triangle `t` are put on it because it is sharp or at a boundary; 0 if
     /// it is not.
     fn reach_of(&self, edge: [u32; 2], t: u32) -> f64 {
         let around = self.at_edge.get(&edge_key(edge[0], edge[1])).map_or(&[] as &[u32], Vec::as_slice);
-        let normal = |t: u32| doubled_normal(self.corners(t));
-        let is_smooth = matches!(*around, [one, other]
-            if normal(one).angle_between(normal(other)).to_degrees() < self.snapping.feature_angle);
-        if is_smooth {
+        if self.is_smooth(around) {
             return 0.0;
         }
         let [p, q] = edge.map(|v| self.unit[v as usize]);
-        let height = normal(t).length() / p.distance(q);
+        let height = doubled_normal(self.corners(t)).length() / p.distance(q);
         self.snapping.distance.min(MOST_OF_HEIGHT * height)
     }
 
@@ -300,10 +317,10 @@ mod tests {
     fn sharp_edges_bend_to_points_beside_them_and_others_do_not() {
         let mesh = sample("box").unwrap();
         let snapping = Snapping { feature_angle: 40.0, distance: 0.02 };
-        let points = [DVec3::new(0.3, 0.01, 1.0), DVec3::new(0.99, 0.99, 1.0), DVec3::new(0.3, 0.03, 1.0)];
+        let points = [DVec3::new(0.3, 0.01, 1.0), DVec3::new(0.99, 0.99, 1.0), DVec3::new(0.3, 0.1, 1.0)];
         let found = insert_points(&mesh, &points, &[], &snapping, &ProgressToken::default()).unwrap();
         assert!(found.divides[0] != [NONE; 2] && found.divides.len() == 2, "{:?}", found.divides);
-        assert!(found.vertices[1] < 8 && found.divides[1] == [NONE; 2]);
+        assert!(found.vertices[1] < 8 && found.divides[1] == [NONE; 2], "{:?}", found.vertices);
         for (point, v) in points.iter().zip(&found.vertices) {
             assert_eq!(found.mesh.vertices[*v as usize], *point);
         }
