@@ -62,7 +62,7 @@ impl Strip {
         if turns[0] < turns[1] { one.clone() } else { other.clone() }
     }
 
-    /// The edges to switch off at narrow arms of a patch that is not narrow as a whole, such as a ledge beside
+    /// The edges to switch off at narrow arms of a patch that is not narrow as a whole, such as a ledge along
     /// a wall that ends in a wide one.
     fn arms(&self, graph: &Graph, spacing: f64) -> Vec<u32> {
         let edges = weaker_sides(graph, &self.boundary, NARROW * spacing);

@@ -92,7 +92,7 @@ const RINGS: u32 = 2;
 /// A simplified mesh with more vertices, and more than twice those asked for, is not polished, since it tells
 /// only how many there must be.
 const FEW: usize = 1000;
-/// A small mesh whose smallest angle is below this many degrees before the polish is made once more, gradually.
+/// A small mesh whose smallest angle is below this many degrees before the polish is made again, gradually.
 const POOR: f64 = 25.0;
 /// Meshes with more vertices are not, since that takes too long.
 const MOST_GRADUAL: usize = 300;
