@@ -26,11 +26,19 @@ pub fn wish(text: &str) -> Result<Wish, String> {
         _ => return Err(unclear()),
     };
     let (kind, what) = region.split_once(':').ok_or_else(unclear)?;
+    let (Length::Units(value) | Length::OfDiagonal(value)) = length;
+    if !(value > 0.0 && value.is_finite()) {
+        return Err("give a length above 0".to_owned());
+    }
     if kind == "label" && !what.is_empty() {
         return Ok(Wish::Label(what.to_owned(), length));
     }
     let numbers: Result<Vec<f64>, _> = what.split(',').map(|number| number.trim().parse()).collect();
-    let region = match (kind, numbers.map_err(|_| unclear())?.as_slice()) {
+    let numbers = numbers.map_err(|_| unclear())?;
+    if numbers.iter().any(|number| !number.is_finite()) {
+        return Err(unclear());
+    }
+    let region = match (kind, numbers.as_slice()) {
         ("sphere", &[x, y, z, radius]) => Region::Sphere { centre: DVec3::new(x, y, z), radius },
         ("box", &[x, y, z, u, v, w]) => {
             let ends = [DVec3::new(x, y, z), DVec3::new(u, v, w)];
@@ -139,5 +147,7 @@ mod tests {
             assert!(wish(text).unwrap_err().contains("sphere:X,Y,Z,R=LENGTH"), "{text}");
         }
         assert!(wish("sphere:1,2,3,4=far").unwrap_err().contains("give a length"));
+        assert!(wish("label:a=-1").unwrap_err().contains("give a length"));
+        assert!(wish("box:nan,0,0,1,1,1=0.1").unwrap_err().contains("box:X0"));
     }
 }

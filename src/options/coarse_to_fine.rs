@@ -194,6 +194,12 @@ impl CoarseToFineOptions {
             let problem = format!("point {point} of `points` has a coordinate that is not finite");
             return Err(Error::option("points", problem, "remove it"));
         }
+        // Both divide edges of the input, those of its boundary among them.
+        let dividing = [("points", !self.points.is_empty()), ("refine", !self.refine.is_empty())];
+        if let Some((other, _)) = dividing.into_iter().find(|(_, is_given)| self.keep_boundary && *is_given) {
+            let problem = format!("`keep_boundary` does not go together with `{other}`");
+            return Err(Error::option("keep_boundary", problem, "remove one of them"));
+        }
         let kept = [("points", !self.points.is_empty()), ("keep_boundary", self.keep_boundary)];
         let others = [
             ("local", self.local, "remove one of them"),
@@ -212,7 +218,7 @@ impl CoarseToFineOptions {
     ///
     /// # Errors
     /// [`Error::Usage`] that names the field.
-    pub(super) fn check_ranges(&self) -> Result<()> {
+    pub(crate) fn check_ranges(&self) -> Result<()> {
         check_range("first_iterations", self.first_iterations, 0..=MAX_ITERATIONS)?;
         check_range("coarse_iterations", self.coarse_iterations, 0..=MAX_ITERATIONS)?;
         if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {

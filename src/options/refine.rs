@@ -69,7 +69,9 @@ pub(super) fn check(list: &[Refinement]) -> Result<()> {
             return refuse(&format!("the length {value} is out of range"), "give a length above 0");
         }
         match region {
-            Region::Sphere { centre, radius } if !(centre.is_finite() && *radius > 0.0) => {
+            Region::Sphere { centre, radius }
+                if !(centre.is_finite() && radius.is_finite() && *radius > 0.0) =>
+            {
                 return refuse("the radius is out of range", "give a centre, and a radius above 0");
             }
             Region::Box { low, high } if !(low.is_finite() && high.is_finite() && low.cmple(*high).all()) => {

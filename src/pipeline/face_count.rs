@@ -106,8 +106,8 @@ pub(super) fn tell(options: &Options, summary: &mut Summary) {
         Some(1) if is_closed => {
             summary.remarks.push(format!("{text}: closed surfaces have an even number of triangles"));
         }
-        Some(1 | 2) => {
-            summary.remarks.push(format!("{text}: the number of boundary edges allows no more"));
+        Some(1 | 2) if !is_closed => {
+            summary.remarks.push(format!("{text}: it depends on the number of boundary edges, too"));
         }
         _ => summary.warn(WarningCode::FaceCount, text),
     }

@@ -204,6 +204,7 @@ pub(crate) fn refuse_share(options: &Options, vertices: usize, share: f64) -> Er
 /// [`Error::Usage`] for options out of range and more vertices than an index can count; [`Error::Input`] for
 /// a mesh without extent.
 pub(crate) fn refined_vertices(repaired: &Repaired, options: &Options, outside: Length) -> Result<usize> {
+    options.coarse_to_fine.check_ranges()?;
     let mut repaired = repaired.clone();
     let frame = UnitFrame::of(&repaired.mesh)?;
     let refined = Refined::new(

@@ -22,6 +22,12 @@ const LEAST_GAP: f64 = 0.5;
 const FAR_STRAY: f64 = 0.15;
 /// The smaller gap, in spacings, that bends beyond [`FAR_STRAY`] must keep.
 const NOTCH_GAP: f64 = 0.25;
+/// If segments cut off bends in at least this share of a stretch, it is an arc, and all become shorter.
+const ARC: f64 = 0.75;
+/// How far an arc may be from its chords, in spacings, as long as these are not shorter than [`ARC_GAP`].
+const ARC_STRAY: f64 = 0.05;
+/// The shortest chords of an arc, in spacings.
+const ARC_GAP: f64 = 0.6;
 /// Where more than two sheets meet, a bend may be this many times farther from the chord: borders of labels
 /// are round, and sites at all their bends would leave too few for the sheets.
 const AT_JUNCTIONS: f64 = 4.0;
@@ -258,7 +264,8 @@ impl<'a> EvenStretch<'a> {
     }
 }
 
-/// Adds an even stretch, or, if that cuts off bends, the stretches on both sides of the worst of them.
+/// Adds an even stretch. If that cuts off bends nearly everywhere, as on an arc, it is finer; if it does in
+/// places, it ends at the worst bend, and another begins there.
 fn split_at_bends<'a>(
     curve: &'a CurvePath,
     [from, to]: [f64; 2],
@@ -267,17 +274,35 @@ fn split_at_bends<'a>(
 ) {
     let measured = curve.measure(to) - curve.measure(from);
     let even = EvenStretch::new(curve, [from, to], even_segments(measured, spacing));
-    let cut_off = |arc_length: f64, stray: f64| {
-        let spacing = spacing * curve.size(arc_length);
-        let stray = if curve.sides > 2 { stray / AT_JUNCTIONS } else { stray };
-        let gap = spacing * if stray > FAR_STRAY * spacing { NOTCH_GAP } else { LEAST_GAP };
-        stray > MAX_STRAY * spacing && arc_length - from >= gap && to - arc_length >= gap
+    let junctions = if curve.sides > 2 { AT_JUNCTIONS } else { 1.0 };
+    // In spacings.
+    let stray_at = |(arc_length, stray): (f64, f64)| {
+        (arc_length, stray / (spacing * curve.size(arc_length) * junctions))
     };
-    let worst = even
-        .bent_segments()
-        .flat_map(|[a, b]| curve.line.deviations(a, b))
-        .filter(|(arc_length, stray)| cut_off(*arc_length, *stray))
-        .reduce(|best, new| if new.1 > best.1 { new } else { best });
+    let (mut worst, mut cut): (Option<(f64, f64)>, usize) = (None, 0);
+    let mut largest = 0.0_f64;
+    for [a, b] in even.bent_segments() {
+        let mut most = 0.0_f64;
+        for (arc_length, stray) in curve.line.deviations(a, b).map(stray_at) {
+            most = most.max(stray);
+            let gap = (arc_length - from).min(to - arc_length) / (spacing * curve.size(arc_length));
+            let least = if stray > FAR_STRAY { NOTCH_GAP } else { LEAST_GAP };
+            let counts = stray > MAX_STRAY && gap >= least;
+            if counts && worst.is_none_or(|(_, worst)| stray > worst) {
+                worst = Some((arc_length, stray));
+            }
+        }
+        cut += usize::from(most > MAX_STRAY);
+        largest = largest.max(most);
+    }
+    if even.count > 1 && cut as f64 >= ARC * even.count as f64 && largest <= FAR_STRAY {
+        // The distance of a chord goes with the square of its length.
+        let finer = even.count as f64 * (largest / ARC_STRAY).sqrt();
+        let most = (measured / (ARC_GAP * spacing)).floor();
+        let count = (finer.ceil().min(most) as usize).max(even.count);
+        stretches.push(EvenStretch::new(curve, [from, to], count));
+        return;
+    }
     match worst {
         Some((bend, _)) => {
             split_at_bends(curve, [from, bend], spacing, stretches);

@@ -134,6 +134,7 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
         (points, "points"),
         (Options::new(500).keep_boundary(true).local(true), "keep_boundary"),
         (Options::new(500).keep_boundary(true).smooth_boundary(0.1), "keep_boundary"),
+        (Options::new(500).keep_boundary(true).points(vec![DVec3::ZERO]), "keep_boundary"),
     ] {
         let refused = bad.validate();
         assert!(matches!(&refused, Err(Error::Usage { field: Some(of), .. }) if *of == field), "{refused:?}");

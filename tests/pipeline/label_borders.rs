@@ -55,7 +55,7 @@ fn ragged_borders_become_smooth_and_regions_keep_their_areas() {
     // As they are, they take more vertices than that.
     let ragged = run(&input, &labels, Options::new(90).smooth_labels(0.0));
     let error = ragged.err().map(|error| error.to_string()).unwrap_or_default();
-    assert!(error.contains("borders of labels, sharp edges and boundaries need 80 vertices"), "{error}");
+    assert!(error.contains("borders of labels, sharp edges and boundaries need 75 vertices"), "{error}");
     assert!(run(&input, &labels, Options::new(90)).is_ok());
 }
 

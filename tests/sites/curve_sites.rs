@@ -117,8 +117,8 @@ fn a_loop_without_corners_has_at_least_three_sites() {
     let found = curves(&disc, 40.0, 0.3);
     assert_eq!((found.corner_count(), found.curve_count()), (0, 1));
     let around = 320.0 * (std::f64::consts::PI / 160.0).sin();
-    // Chords between 17 sites would be too far from the circle.
-    for (spacing, counts) in [(around / 160.0, 160..=160), (around / 17.0, 24..=34), (100.0, 3..=3)] {
+    // Chords between 8 sites would be too far from the circle.
+    for (spacing, counts) in [(around / 160.0, 160..=160), (around / 8.0, 10..=13), (100.0, 3..=3)] {
         let sites = sites(&disc, &found, spacing);
         let count = sites.positions.len();
         assert!(counts.contains(&count) && sites.segments.len() == count, "{count} for {spacing}");

@@ -223,11 +223,18 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
             return Err(Error::usage(problem, "choose another file for --table"));
         }
     }
-    let Some(features) = args.method.features() else { return Ok(()) };
-    let same = |path| same_file(features, path);
-    if among(features, outputs()) || same(log) || table.is_some_and(same) {
-        let problem = format!("the feature lines in {} would be overwritten", shown(features));
-        return Err(Error::usage(problem, "choose different files for --features, --log, --table and --out"));
+    let read = [
+        ("--features", "feature lines", args.method.features()),
+        ("--points", "points", args.method.points()),
+    ];
+    for (option, what, path) in read {
+        let Some(path) = path else { continue };
+        let same = |other| same_file(path, other);
+        if among(path, outputs()) || same(log) || table.is_some_and(same) {
+            let problem = format!("the {what} in {} would be overwritten", shown(path));
+            let remedy = format!("choose different files for {option}, --log, --table and --out");
+            return Err(Error::usage(problem, remedy));
+        }
     }
     Ok(())
 }
