@@ -194,21 +194,24 @@ impl CoarseToFineOptions {
             let problem = format!("point {point} of `points` has a coordinate that is not finite");
             return Err(Error::option("points", problem, "remove it"));
         }
-        // Both divide edges of the input, those of its boundary among them.
-        let dividing = [("points", !self.points.is_empty()), ("refine", !self.refine.is_empty())];
-        if let Some((other, _)) = dividing.into_iter().find(|(_, is_given)| self.keep_boundary && *is_given) {
-            let problem = format!("`keep_boundary` does not go together with `{other}`");
-            return Err(Error::option("keep_boundary", problem, "remove one of them"));
-        }
-        let kept = [("points", !self.points.is_empty()), ("keep_boundary", self.keep_boundary)];
-        let others = [
-            ("local", self.local, "remove one of them"),
-            ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)), "remove one of them"),
+        let points = ("points", !self.points.is_empty());
+        let boundary = ("keep_boundary", self.keep_boundary);
+        let local = ("local", self.local);
+        let deviation = ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)));
+        // Points and refined parts divide edges of the input, those of its boundary among them.
+        let refine = ("refine", !self.refine.is_empty());
+        let contradictions = [
+            (points, local),
+            (points, deviation),
+            (boundary, local),
+            (boundary, deviation),
+            (boundary, points),
+            (boundary, refine),
         ];
-        for (name, _) in kept.into_iter().filter(|(_, is_given)| *is_given) {
-            if let Some((other, _, remedy)) = others.into_iter().find(|(_, is_given, _)| *is_given) {
+        for ((name, is_given), (other, is_other_given)) in contradictions {
+            if is_given && is_other_given {
                 let problem = format!("`{name}` does not go together with `{other}`");
-                return Err(Error::option(name, problem, remedy));
+                return Err(Error::option(name, problem, "remove one of them"));
             }
         }
         Ok(())

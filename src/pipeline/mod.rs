@@ -299,7 +299,12 @@ fn make_with_faces(
     while let Some(vertices) = now.other_vertices(&tried, options).filter(|_| !progress.leave_out()) {
         tried.push(vertices);
         let again = RunInput { vertices, attempts, gives_up_fixed, ..RunInput::new(mesh, None, options) };
-        let next = make_as_asked(device, again, progress, clock)?;
+        let next = match make_as_asked(device, again, progress, clock) {
+            Ok(next) => next,
+            // There is a mesh already, if not with as many triangles.
+            Err(Error::Usage { .. }) => break,
+            Err(error) => return Err(error),
+        };
         attempts = next.0.outcome.attempts;
         now = FaceCount::of(&next.0, options).unwrap_or(now);
         if now.is_better_than(best_count) {
