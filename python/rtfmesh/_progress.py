@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import traceback
 import warnings
 from collections.abc import Callable
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from ._errors import InputError
 
@@ -41,7 +44,15 @@ def from_callback(callback: Callback) -> Native:
     """What the native module calls for a callable of the caller's."""
 
     def told(*progress: Any) -> bool | None:
-        answer = callback(Progress(*progress))
+        process, raised = os.getpid(), None
+        try:
+            answer = callback(Progress(*progress))
+        except BaseException as error:
+            if os.getpid() == process:
+                raise
+            raised = error
+        if os.getpid() != process:
+            _end_fork(raised)
         try:
             return ANSWERS[answer]
         except (KeyError, TypeError):
@@ -49,6 +60,29 @@ def from_callback(callback: Callback) -> Native:
             raise InputError(text) from None
 
     return told
+
+
+def _end_fork(raised: BaseException | None) -> NoReturn:
+    """Ends a process that a function forked and then left, normally or by an exception.
+
+    The run that called the function waits for threads that only the other process has.
+    """
+    status = 1
+    if raised is None:
+        print(
+            "rtfmesh: `progress` returned in a process that it has forked, which ends here; "
+            "end that process within the function",
+            file=sys.stderr,
+        )
+    elif not isinstance(raised, SystemExit):
+        traceback.print_exception(type(raised), raised, raised.__traceback__)
+    elif raised.code is None or isinstance(raised.code, int):
+        status = raised.code or 0
+    else:
+        print(raised.code, file=sys.stderr)
+    for stream in (sys.stdout, sys.stderr):
+        stream.flush()
+    os._exit(status & 0xFF)
 
 
 @contextmanager

@@ -131,12 +131,11 @@ struct Watch {
     last: Instant,
     /// What a signal's handler or the callback raised.
     raised: Option<PyErr>,
-    process: u32,
 }
 
 impl Watch {
     fn new(callback: Option<Py<PyAny>>) -> Self {
-        Self { callback, last: Instant::now(), raised: None, process: std::process::id() }
+        Self { callback, last: Instant::now(), raised: None }
     }
 
     fn flow(&mut self, now: Progress) -> Flow {
@@ -157,10 +156,6 @@ impl Watch {
         let Progress { phase, attempt, fraction, iteration, iterations, step, .. } = now;
         let told = (phase.name(), attempt, fraction, iteration, iterations, step);
         let answer: Option<bool> = callback.call1(py, told)?.extract(py)?;
-        if self.process != std::process::id() {
-            let problem = "`progress` returned in a process that it has forked";
-            return Err(exception(py, &Error::device(problem, "end that process within the function")));
-        }
         Ok(match answer {
             None => Flow::Continue,
             Some(true) => Flow::Finish,

@@ -138,25 +138,31 @@ thread.join()
     assert run(text) == ["True"] * 3
 
 
-def test_a_function_that_forks_may_end_its_process_or_return(run):
+def test_a_process_that_progress_forks_ends_with_the_function(run):
     text = """
-children = []
+sys.stderr = sys.stdout
 
-def told(progress):
-    if not children:
-        sys.stdout.flush()
-        children.append(os.fork())
+def fork_and(leave):
+    children = []
 
-try:
-    job(5000, quality="best", progress=told)
-    print("parent")
-except rtfmesh.DeviceError as error:
-    assert children == [0]
-    print("progress" in str(error), flush=True)
-    os._exit(3)
-assert os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1]) == 3
+    def told(progress):
+        if not children:
+            sys.stdout.flush()
+            children.append(os.fork())
+            if children[0] == 0:
+                leave()
+
+    job(20_000, quality="best", progress=told)
+    return os.waitstatus_to_exitcode(os.waitpid(children[0], 0)[1])
+
+print(fork_and(lambda: print("in the fork")))
+print(fork_and(lambda: sys.exit(7)), fork_and(sys.exit))
+print(fork_and(lambda: 1 / 0), fork_and(lambda: sys.exit("for a reason")))
 """
-    assert sorted(run(text)) == ["True", "parent"]
+    printed = run(text)
+    assert printed[:2] == ["in the fork", printed[1]] and "in a process that it has forked" in printed[1]
+    assert printed[2:4] == ["1", "7 0"] and printed[4].startswith("Traceback")
+    assert printed[-3:] == ["ZeroDivisionError: division by zero", "for a reason", "1 1"]
 
 
 def test_ctrl_c_ends_a_run_in_a_fork(run):
