@@ -26,9 +26,9 @@ pub use target_count::{Length, Size};
 #[non_exhaustive]
 #[serde(rename_all = "lowercase")]
 pub enum MeasureDepth {
-    /// What the warnings need: topology, shape, valences.
+    /// What the warnings need: topology, shape, valences; of the default method also self-intersections.
     Basic,
-    /// Everything in `Basic`, and self-intersections.
+    /// Everything in `Basic`, and self-intersections of any method.
     Intersections,
     /// Everything in `Intersections`, and distances to the input.
     #[default]

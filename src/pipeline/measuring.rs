@@ -6,7 +6,7 @@ use crate::mesh::correspondence::{
 };
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
-use crate::options::{MeasureDepth, Options, Sizing};
+use crate::options::{MeasureDepth, Method, Options, Sizing};
 use crate::pipeline::deviation::measured::ACCURACY;
 use crate::pipeline::rounding::Rounding;
 use crate::sites::restricted_voronoi::{Energy, energy};
@@ -34,6 +34,8 @@ pub(crate) struct MeasureRequest {
     accuracy: f64,
     /// Whether the energy is measured, too, if distances are.
     energy: bool,
+    /// Whether faces that intersect others are found where the run does not know them.
+    intersections: bool,
 }
 
 impl MeasureRequest {
@@ -41,11 +43,14 @@ impl MeasureRequest {
     pub fn new(options: &Options) -> Self {
         let Options { measures: depth, accuracy, .. } = *options;
         let energy = options.has_exact_faces() && options.iterations > 0;
+        // The default method answers for what it makes.
+        let intersections = depth >= MeasureDepth::Intersections || options.method == Method::CoarseToFine;
         match options.coarse_to_fine.sizing {
             Sizing::Deviation(_) => {
-                Self { depth: MeasureDepth::Full, accuracy: accuracy.min(ACCURACY), energy }
+                let (depth, accuracy) = (MeasureDepth::Full, accuracy.min(ACCURACY));
+                Self { depth, accuracy, energy, intersections }
             }
-            _ => Self { depth, accuracy, energy },
+            _ => Self { depth, accuracy, energy, intersections },
         }
     }
 }
@@ -55,7 +60,7 @@ pub(crate) struct Measured {
     pub output: Measures,
     /// Only with exact faces and a reference.
     pub energy: Option<Energy>,
-    /// Number of faces of the reference that intersect others.
+    /// Number of faces of the reference that intersect others, if it is known.
     pub input_intersections: Option<usize>,
 }
 
@@ -68,7 +73,7 @@ impl Measuring<'_> {
         let intersections = match (self.intersecting_faces, &self.rounding) {
             (Some(count), None) => Crossing::Known(count),
             (Some(_), Some(_)) => Crossing::Find,
-            (None, _) if request.depth >= MeasureDepth::Intersections => Crossing::Find,
+            (None, _) if request.intersections => Crossing::Find,
             (None, _) => Crossing::Skip,
         };
         let energy = reference.filter(|_| request.energy).map(|input| energy(input, &result.vertices));
@@ -78,11 +83,14 @@ impl Measuring<'_> {
         if let Some(rounding) = self.rounding {
             rounding.compare(output.self_intersecting_faces, self.intersecting_faces, progress)?;
         }
-        let count = |input| match self.input_intersections {
-            Some(count) => Ok(count),
-            None => Ok(intersecting_faces(input, progress)?.len()),
+        let input_intersections = match self.input_intersections {
+            // Those of the result are a fault if the input has none.
+            None if reference.is_some() || output.self_intersecting_faces > Some(0) => {
+                Some(intersecting_faces(self.reference, progress)?.len())
+            }
+            known => known,
         };
-        Ok(Measured { output, energy, input_intersections: reference.map(count).transpose()? })
+        Ok(Measured { output, energy, input_intersections })
     }
 }
 

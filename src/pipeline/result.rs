@@ -35,8 +35,8 @@ pub struct Summary {
     pub repaired: RepairCounts,
     /// Topology of the repaired input.
     pub input: Topology,
-    /// Faces of the repaired input that intersect others; `None` if those of the result are not counted
-    /// either.
+    /// Faces of the repaired input that intersect others; `None` if they were not looked for, as the result
+    /// has none.
     pub input_self_intersecting_faces: Option<usize>,
     /// Components that were remeshed by local operations or simplified: they had too few vertices for cells,
     /// or cells did not give their topology.

@@ -1,11 +1,12 @@
 //! Whole runs of the default pipeline on the built-in models.
 
+use crate::support::shapes::{globe, moved, sphere, union};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Options, Remeshed, Sizing, TriMesh, remesh};
+use rtfmesh::{Error, MeasureDepth, Options, Remeshed, Sizing, TriMesh, WarningCode, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), mesh, options).unwrap();
@@ -233,4 +234,20 @@ fn more_sites_than_memory_are_refused_before_anything_is_made() {
     let options = Options::new(500_000_000);
     let error = remesh(device(), &sample("box").unwrap(), &options).err().unwrap();
     assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
+}
+
+#[test]
+fn a_small_part_that_a_coarse_one_cuts_is_told_however_little_is_measured() {
+    // Bubbles just below the surface of a ball, which has too few vertices to stay above them.
+    let bubble = |at: DVec3| moved(&sphere(0.08, 3), |p| 0.91 * at + DVec3::new(-p.x, p.y, p.z));
+    let places = globe(5, 4).vertices;
+    let mesh = places.into_iter().fold(sphere(1.0, 5), |mesh, at| union(&mesh, &bubble(at)));
+    for depth in [MeasureDepth::Basic, MeasureDepth::Full] {
+        let summary = run(&mesh, &Options::new(260).measures(depth)).summary;
+        let crossing = summary.output.self_intersecting_faces.unwrap();
+        assert_eq!((crossing > 0, summary.input_self_intersecting_faces), (true, Some(0)), "{depth:?}");
+        let expected = format!("{crossing} self-intersecting faces (the input has none)");
+        assert!(summary.warnings.iter().any(|text| text.starts_with(&expected)), "{:?}", summary.warnings);
+        assert!(summary.warning_codes.contains(&WarningCode::Intersections));
+    }
 }
