@@ -82,6 +82,7 @@ pub use error::{Cause, Error, Result};
 pub use glam;
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
+pub use mesh::follow::Follower;
 pub use options::{
     CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Refinement, Region,
     Shortage, Size, Sizing,

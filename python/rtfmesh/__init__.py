@@ -18,6 +18,7 @@ from ._drivers import add_cpu_driver
 from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutOfMemoryError, OutputError
 from ._figures import devices, inspect, measure, render
 from ._files import Mesh, read, sample, write
+from ._follow import follow
 from ._native import __version__
 from ._options import Options, Research
 from ._progress import Progress
@@ -59,6 +60,7 @@ __all__ = [
     "__version__",
     "contour",
     "devices",
+    "follow",
     "inspect",
     "measure",
     "read",

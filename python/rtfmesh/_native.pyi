@@ -42,6 +42,9 @@ def remesh(
 ) -> tuple[Mesh, tuple[Any, ...], Places, Places, str]:
     """Mesh, attributes, places of the vertices and of the faces, report as JSON."""
 
+def follow(input: Mesh, result: Mesh, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The vertices of a result (F, N, 3) in all poses of its input (F, V, 3)."""
+
 def measure(
     given: Mesh, against: Mesh | None, accuracy: float | None, energy: bool, feature_angle: float | None
 ) -> str:

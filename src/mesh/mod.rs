@@ -8,6 +8,7 @@ pub(crate) mod csr;
 pub mod distance;
 pub mod feature_distance;
 pub mod features;
+pub mod follow;
 pub(crate) mod forced_angles;
 pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;

@@ -7,6 +7,7 @@ pub mod commands;
 pub mod drivers;
 pub mod errors;
 pub mod files;
+pub mod follow;
 pub mod html;
 pub mod inspect;
 pub mod kept;
