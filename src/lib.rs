@@ -81,6 +81,7 @@ pub use device::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use error::{Cause, Error, Result};
 pub use glam;
 pub use mesh::TriMesh;
+pub use mesh::cell_mesh::{CellColours, CellKind, CellMesh, CellSummary};
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
 pub use mesh::follow::Follower;
 pub use options::{

@@ -23,7 +23,7 @@ from ._native import __version__
 from ._options import Options, Research
 from ._progress import Progress
 from ._remesh import Remesher, contour, reconstruct, remesh
-from ._result import Correspondence, Result
+from ._result import Cells, Correspondence, Result
 
 add_cpu_driver()
 
@@ -44,6 +44,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "Attributes",
     "Cancelled",
+    "Cells",
     "Correspondence",
     "DeviceError",
     "Error",

@@ -1,6 +1,7 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
 pub mod attributes;
+pub mod cell_mesh;
 pub(crate) mod chunks;
 pub(crate) mod coincident;
 pub mod correspondence;

@@ -94,6 +94,9 @@ pub struct Options {
     pub accuracy: f64,
     /// Which parts of [`crate::Remeshed::correspondence`] (places on the input) to compute.
     pub correspondence: CorrespondenceRequest,
+    /// Whether to compute [`crate::Remeshed::cells`]: the tangent faces of [`Method::AllAtOnce`], or exact
+    /// cells with methods that have none.
+    pub cells: bool,
     /// The format in which the result will be written. Its positions are rounded as in the file
     /// ([`crate::io::rounded`]), so that the measures are those of the file; a warning says if 32-bit numbers
     /// are too coarse. `None` keeps 64-bit numbers.
@@ -139,6 +142,7 @@ impl Options {
             measures: MeasureDepth::Full,
             accuracy: DEFAULT_ACCURACY,
             correspondence: CorrespondenceRequest::NONE,
+            cells: false,
             format: None,
             coarse_to_fine: CoarseToFineOptions::default(),
             all_at_once: AllAtOnceOptions::default(),

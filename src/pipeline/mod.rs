@@ -1,6 +1,7 @@
 //! A run: prepare the input, remesh it by one of the pipelines, measure the result.
 
 mod all_at_once;
+mod cells;
 mod clock;
 mod coarse_to_fine;
 mod cost;
@@ -40,6 +41,7 @@ use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
+use cells::cells_of;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
 use coarse_to_fine::surface_model::SurfaceModel;
@@ -161,6 +163,8 @@ fn finish(
         input_intersections: input_intersections.count().filter(|_| small.is_empty()),
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
+    let (on, vertices) = (&repaired.mesh, result.vertices.len());
+    let cells = progress.during(|p| cells_of(&mut outcome, &result, on, &frame, options, p))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
     clock.end_phase("measure");
     progress.done(1.0)?;
@@ -206,12 +210,13 @@ fn finish(
         disks: outcome.disks.map(|disks| disks.scaled(frame.scale)),
         energy: measured.energy,
         features: outcome.features,
+        cells: cells.as_ref().map(|cells| cells.summary(repaired.mesh.area(), vertices)),
         small_angles: SmallAngleSummary::new(&result, smallest, outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),
     };
-    Ok(Remeshed { mesh: result, correspondence, summary })
+    Ok(Remeshed { mesh: result, correspondence, cells, summary })
 }
 
 /// The warnings of a surface's features in an outcome; `elsewhere` more vertices are on other components.

@@ -2,6 +2,7 @@
 
 pub mod attributes;
 pub mod batch;
+pub mod cells;
 pub mod commands;
 #[cfg(target_os = "linux")]
 pub mod drivers;

@@ -41,6 +41,8 @@ pub(crate) struct PlaneFacesRun {
     centroids: Centroids,
     step: Step,
     spacing: f64,
+    /// Whether the faces themselves are part of the outcome.
+    gives_faces: bool,
 }
 
 /// How the nearest sites are found.
@@ -99,6 +101,7 @@ impl PlaneFacesRun {
             centroids: Centroids::new(device, n, options.all_at_once.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
+            gives_faces: options.cells,
         })
     }
 
@@ -205,7 +208,8 @@ impl PlaneFacesRun {
             place_unused(&mut mesh, &surface.mesh(), &surface.normals);
         }
         let fault = Fault::topology(&mesh, input, faulty_place);
-        Ok(Outcome { mesh, fault, counts, flags: faces.flags, ..Outcome::default() })
+        let (flags, tangent_faces) = (faces.flags, self.gives_faces.then_some(faces.polygons));
+        Ok(Outcome { mesh, fault, counts, flags, tangent_faces, ..Outcome::default() })
     }
 
     /// The faces of the sites as they are now.
@@ -217,6 +221,7 @@ impl PlaneFacesRun {
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
         let flags = recorder.download(self.projection.flags())?;
+        let normals = recorder.download(self.projection.normals())?;
         let downloads = recorder.submit()?;
         let (counts, corners, fan) =
             (downloads.read(&counts)?, downloads.read(&corners)?, downloads.read(&fan)?);
@@ -229,10 +234,19 @@ impl PlaneFacesRun {
         }));
         let positions: Vec<DVec3> =
             downloads.read(&positions)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
+        let normals: Vec<Vec4> = downloads.read(&normals)?;
+        let polygon = |i: usize| {
+            let (u, v) = tangent_frame(normals[i].truncate().as_dvec3());
+            let place =
+                |slot: usize| positions[i] + u * f64::from(corners[slot].x) + v * f64::from(corners[slot].y);
+            slots(i).map(place).collect()
+        };
+        let polygons = if self.gives_faces { (0..n).map(polygon).collect() } else { Vec::new() };
         let triangles = self.projection.triangles(device, surface, &positions)?;
         Ok(SiteFaces {
             sites: SitesOnSurface { positions, triangles },
             fans,
+            polygons,
             flags: FlagCounts {
                 walk_stopped: self.projection.stopped_walks(device)?,
                 ..FlagCounts::of(&downloads.read(&flags)?)
@@ -261,5 +275,15 @@ fn on_triangles(surface: &Surface, sites: &SitesOnSurface) -> Vec<DVec3> {
 struct SiteFaces {
     sites: SitesOnSurface,
     fans: Fans,
+    /// The faces themselves.
+    polygons: Vec<Vec<DVec3>>,
     flags: FlagCounts,
+}
+
+/// The frame of `glsl/common/tangent.glsl`.
+fn tangent_frame(n: DVec3) -> (DVec3, DVec3) {
+    let s = if n.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    (DVec3::new(1.0 + s * n.x * n.x * a, s * b, -s * n.x), DVec3::new(b, s + n.y * n.y * a, -n.y))
 }
