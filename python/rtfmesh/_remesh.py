@@ -215,7 +215,16 @@ class Remesher:
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
             request = Request(
-                carrier.given, points, values, sizing, features, fixed, places, told.distances, told.cells, callback
+                carrier.given,
+                points,
+                values,
+                sizing,
+                features,
+                fixed,
+                places,
+                told.distances,
+                told.cells,
+                callback,
             )
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text, cells = done

@@ -15,8 +15,8 @@ def test_poses_are_those_of_the_program(folder, torus, remesher, tmp_path):
     assert np.abs(found[0] - result.vertices).max() < 1e-12
     rtfmesh.write(tmp_path / "result.ply", result)
     rtfmesh.write(tmp_path / "pose.ply", (poses[1], torus.faces))
-    made = tmp_path / "made"
-    done = program("follow", folder / "torus.ply", tmp_path / "result.ply", tmp_path / "pose.ply", "--out", made)
+    made, files = tmp_path / "made", [folder / "torus.ply", tmp_path / "result.ply", tmp_path / "pose.ply"]
+    done = program("follow", *files, "--out", made)
     assert done.returncode == 0, done.stderr
     written = rtfmesh.read(made / "pose.ply")
     assert np.array_equal(written.faces, result.faces)

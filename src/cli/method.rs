@@ -9,6 +9,7 @@ use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::{Input, Loaded, Reader};
 use rtfmesh::mesh::attributes::Attribute;
+use rtfmesh::options::Centroid;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
     Size,
@@ -124,7 +125,10 @@ impl MethodArgs {
             ("--refine", !self.sizing.refine().is_empty()),
         ];
         let coarse = options.method == Method::CoarseToFine;
-        let idle = given.into_iter().find(|(_, given)| *given && !coarse);
+        // Tangent faces can be weighted.
+        let may_size = options.has_weights() && !self.sizing.is_deviation();
+        let works = |name: &str| coarse || (may_size && name == "--sizing");
+        let idle = given.into_iter().find(|(name, given)| *given && !works(name));
         let idle = idle.map(|(name, _)| (name.to_owned(), ("preset default", "--preset default")));
         let setting = || {
             let (name, needs) = research.idle_setting(options)?;
@@ -177,6 +181,10 @@ impl MethodArgs {
             (false, false) => Shortage::BestEffort,
         };
         self.sizing.put(&mut options)?;
+        if options.is_weighted() && !research.names_centroid() {
+            // The mean of corners is too rough for edges to follow lengths closely.
+            options.all_at_once.centroid = Centroid::Area;
+        }
         options.validate()?;
         Ok(options)
     }

@@ -20,7 +20,7 @@ use rtfmesh::glam::DVec3;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Input};
 use rtfmesh::report::html::{PageInput, page};
-use rtfmesh::{CellColours, CorrespondenceRequest, Error, MeasureDepth, Options, Size};
+use rtfmesh::{CellColours, CellMesh, CorrespondenceRequest, Error, MeasureDepth, Options, Size};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -149,12 +149,7 @@ pub fn run(args: &Args) -> Result<u8> {
     let target = args.output.as_deref().map(|path| Target::new(path, args.out.format)).transpose()?;
     refuse_overwriting(args)?;
     options.cells = args.out.cells.is_some();
-    if let Some(path) = &args.out.cells {
-        io::check_cells_target(path)?;
-    }
-    for path in [&args.out.report, &args.out.html].into_iter().flatten() {
-        io::check_text_target(path)?;
-    }
+    check_targets(&args.out)?;
     options.coarse_to_fine.features = args.method.read_features()?;
     options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
@@ -192,14 +187,7 @@ pub fn run(args: &Args) -> Result<u8> {
     let report = job.report(&device, &result.summary, &notes, files);
     let input = &job.loaded.mesh;
     let page = PageInput { report: &report, input, points: points.as_deref(), output: &result.mesh };
-    let mut others = texts(args, &page)?;
-    if let (Some(path), Some(cells)) = (&args.out.cells, &result.cells) {
-        let by = match args.out.cell_color {
-            ColoursOfCells::Area => CellColours::Area,
-            ColoursOfCells::Valence => CellColours::Valence,
-        };
-        others.push((path, io::encode_cells(path, cells, &cells.colours(by, &result.mesh))?));
-    }
+    let others = others(args, &page, result.cells.as_ref())?;
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     target.write_all(&result.mesh, &attributes, &others, args.out.quiet)?;
@@ -294,9 +282,26 @@ fn dry_run(args: &Args, size: Size, options: Options) -> Result<()> {
     print(&text)
 }
 
-/// The texts to write besides the mesh, with their paths.
-fn texts<'a>(args: &'a Args, about: &PageInput) -> Result<Vec<(&'a Path, Vec<u8>)>> {
+/// Checks whether the files besides the mesh can be written.
+fn check_targets(out: &OutputArgs) -> rtfmesh::Result<()> {
+    out.cells.iter().try_for_each(|path| io::check_cells_target(path))?;
+    [&out.report, &out.html].into_iter().flatten().try_for_each(io::check_text_target)
+}
+
+/// The files to write besides the mesh, with their paths.
+fn others<'a>(
+    args: &'a Args,
+    about: &PageInput,
+    cells: Option<&CellMesh>,
+) -> Result<Vec<(&'a Path, Vec<u8>)>> {
     let mut texts = Vec::new();
+    if let (Some(path), Some(cells)) = (&args.out.cells, cells) {
+        let by = match args.out.cell_color {
+            ColoursOfCells::Area => CellColours::Area,
+            ColoursOfCells::Valence => CellColours::Valence,
+        };
+        texts.push((path.as_path(), io::encode_cells(path, cells, &cells.colours(by, about.output))?));
+    }
     if let Some(path) = &args.out.report {
         texts.push((path.as_path(), about.report.to_json()?.into_bytes()));
     }

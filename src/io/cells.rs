@@ -59,7 +59,8 @@ fn ply(cells: &CellMesh, colours: &[[u8; 3]]) -> Vec<u8> {
     let count = if is_short { Kind::U8 } else { Kind::U32 };
     let mut bytes = format!(
         "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
-         property double x\nproperty double y\nproperty double z\nelement face {}\nproperty list {} int vertex_indices\n\
+         property double x\nproperty double y\nproperty double z\nelement face {}\n\
+         property list {} int vertex_indices\n\
          property uchar red\nproperty uchar green\nproperty uchar blue\nproperty int cell\nend_header\n",
         cells.vertices.len(),
         cells.cells.len(),

@@ -114,8 +114,8 @@ impl CellMesh {
     }
 
     /// Figures of cells on a surface of this area.
-    pub(crate) fn summary(&self, surface: f64, vertices: usize) -> CellSummary {
-        let areas = self.areas(vertices);
+    pub(crate) fn summary(&self, surface: f64) -> CellSummary {
+        let areas = self.areas(self.cells.last().map_or(0, |last| *last as usize + 1));
         CellSummary {
             kind: self.kind,
             cells: areas.iter().filter(|area| **area > 0.0).count(),

@@ -223,6 +223,29 @@ impl Options {
         self.method == Method::AllAtOnce && self.all_at_once.face == Face::Exact
     }
 
+    /// Whether faces in tangent planes may be weighted by edge lengths. Sites that are projected onto planes
+    /// are on no triangle, which would have a length.
+    pub(crate) fn has_weights(&self) -> bool {
+        let AllAtOnceOptions { face, projection, .. } = self.all_at_once;
+        self.method == Method::AllAtOnce && face == Face::Tangent && projection != Projection::Plane
+    }
+
+    /// Whether they are, since lengths vary.
+    pub(crate) fn is_weighted(&self) -> bool {
+        let sizing = &self.coarse_to_fine.sizing;
+        self.has_weights() && matches!(sizing, Sizing::Curvature { .. } | Sizing::Given(_))
+    }
+
+    /// The defaults of the other method, with the edge lengths if this one has some.
+    fn sizes_alone(&self) -> CoarseToFineOptions {
+        let defaults = CoarseToFineOptions::default();
+        if !self.is_weighted() {
+            return defaults;
+        }
+        let CoarseToFineOptions { sizing, min_edge, max_edge, growth, .. } = self.coarse_to_fine.clone();
+        CoarseToFineOptions { sizing, min_edge, max_edge, growth, ..defaults }
+    }
+
     /// Checks every range, and that the settings go together. [`Options::weld`] and
     /// [`Options::min_component`] are checked by [`repair_with`](crate::mesh::repair::repair_with).
     ///
@@ -268,7 +291,7 @@ impl Options {
             Method::CoarseToFine if self.all_at_once != AllAtOnceOptions::default() => {
                 foreign("all_at_once", "Method::AllAtOnce")
             }
-            Method::AllAtOnce if self.coarse_to_fine != CoarseToFineOptions::default() => {
+            Method::AllAtOnce if self.coarse_to_fine != self.sizes_alone() => {
                 foreign("coarse_to_fine", "Method::CoarseToFine")
             }
             Method::AllAtOnce if self.shortage == Shortage::AddVertices => {

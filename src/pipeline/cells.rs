@@ -14,8 +14,7 @@ use crate::{ProgressToken, Result, TriMesh};
 /// [`crate::Error::Cancelled`].
 pub(crate) fn cells_of(
     outcome: &mut Outcome,
-    result: &TriMesh,
-    input: &TriMesh,
+    (result, input): (&TriMesh, &TriMesh),
     frame: &UnitFrame,
     options: &Options,
     progress: &ProgressToken,

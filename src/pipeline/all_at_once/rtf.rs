@@ -4,6 +4,7 @@
 use super::projection::SiteProjection;
 use super::unused::place_unused;
 use crate::gpu::{Buffer, Device, Recorder};
+use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use crate::options::Options;
@@ -19,17 +20,20 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface::Surface;
 use crate::stages::centroid::Centroids;
-use crate::stages::face::cell::{CellFaces, CellOptions};
+use crate::stages::face::cell::{CellFaces, CellOptions, CellWeights};
 use crate::stages::face::power::PowerOptions;
 use crate::stages::flags::FlagCounts;
 use crate::stages::neighbours::knn::{Nearest, TileBounds};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::sizing::{AttachedLengths, DeviceSizes};
 use crate::stages::step::Step;
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 
 /// Iterations between two checks of the step size.
 const ITERATIONS_PER_SUBMISSION: u32 = 5;
+/// Straight across a bend, edge lengths change faster than along the surface.
+const STEEPER: f64 = 1.5;
 
 /// The stages of one run with their buffers.
 pub(crate) struct PlaneFacesRun {
@@ -41,6 +45,8 @@ pub(crate) struct PlaneFacesRun {
     centroids: Centroids,
     step: Step,
     spacing: f64,
+    /// The edge lengths by which sites are weighted; `None` if they are equal.
+    lengths: Option<AttachedLengths>,
     /// Whether the faces themselves are part of the outcome.
     gives_faces: bool,
 }
@@ -82,16 +88,20 @@ impl PlaneFacesRun {
         options: &Options,
         surface: &Surface,
         seeds: &SitesOnSurface,
-        spacing: f64,
+        (spacing, sizes): (f64, &SizeField),
     ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-        let k_sites = options.all_at_once.neighbour_count();
+        let (k_sites, growth) = (options.all_at_once.neighbour_count(), options.coarse_to_fine.growth);
         let faces = if options.all_at_once.face == Face::Power {
             CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.all_at_once.offset))?
         } else {
-            CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
+            let weights = CellWeights::balanced(options.all_at_once.centroid, STEEPER * growth);
+            let weights = (!sizes.is_uniform()).then_some(weights);
+            CellFaces::new(device, n, &CellOptions { weights, ..CellOptions::paper(k_sites, spacing) })?
         };
+        let lengths = DeviceSizes::new(device, sizes)?;
+        let lengths = lengths.map(|lengths| AttachedLengths::new(device, lengths, None)).transpose()?;
         Ok(Self {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
@@ -101,6 +111,7 @@ impl PlaneFacesRun {
             centroids: Centroids::new(device, n, options.all_at_once.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
+            lengths,
             gives_faces: options.cells,
         })
     }
@@ -150,6 +161,9 @@ impl PlaneFacesRun {
 
     /// Neighbours → normals → face.
     fn record_faces(&self, recorder: &mut Recorder) -> Result<()> {
+        if let Some(lengths) = &self.lengths {
+            lengths.record(recorder, &self.sites, self.projection.site_triangle())?;
+        }
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
         let neighbours = self.near_sites.neighbours()?;
@@ -164,7 +178,7 @@ impl PlaneFacesRun {
     pub fn connect(
         &self,
         device: &Device,
-        surface: &Surface,
+        (surface, sizes): (&Surface, &SizeField),
         input: &Topology,
         progress: &mut ProgressReporter,
     ) -> Result<Outcome> {
@@ -194,7 +208,7 @@ impl PlaneFacesRun {
                 places: &Place::inside(&faces.sites.triangles),
                 near: &near_sites(device, positions)?,
                 spacing: self.spacing,
-                lengths: &[],
+                lengths: &sizes.at_all(positions, &faces.sites.triangles),
             };
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
             faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
