@@ -86,7 +86,7 @@ pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoi
 pub use mesh::follow::Follower;
 pub use options::{
     CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Refinement, Region,
-    Shortage, Size, Sizing,
+    Shortage, Size, Sizing, Symmetry,
 };
 pub use pipeline::{
     Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,

@@ -17,6 +17,7 @@ pub(crate) mod handles;
 pub(crate) mod hash_grid;
 pub(crate) mod insert_points;
 pub mod intersections;
+pub(crate) mod mirror;
 pub mod quality;
 pub(crate) mod quick_hash;
 pub mod repair;

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 pub use all_at_once::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Projection, Seeding};
-pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing};
+pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing, Symmetry};
 pub use refine::{Refinement, Region};
 pub use target_count::{Length, Size};
 
@@ -273,6 +273,10 @@ impl Options {
         check_range("iterations", self.iterations, 0..=MAX_ITERATIONS)?;
         self.coarse_to_fine.check_ranges()?;
         self.all_at_once.check_ranges()?;
+        if self.coarse_to_fine.symmetric.is_some() && self.faces.is_some() {
+            let problem = "`symmetric` does not go together with `faces`";
+            return Err(Error::option("symmetric", problem, "ask for a number of vertices"));
+        }
         if self.coarse_to_fine.keep_boundary && self.smooth_boundary > 0.0 {
             let problem = "`keep_boundary` keeps what `smooth_boundary` moves";
             return Err(Error::option("keep_boundary", problem, "remove one of them"));

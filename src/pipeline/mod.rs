@@ -28,6 +28,7 @@ mod shape_warnings;
 mod sides;
 mod small_angles;
 mod submission;
+mod symmetric;
 mod user_curves;
 mod warning;
 
@@ -56,6 +57,7 @@ use prepare::Prepared;
 use rounding::Rounding;
 use shape_warnings::Shapes;
 use std::time::Instant;
+use symmetric::remesh_symmetric;
 use user_curves::may_give_up_fixed;
 use warning::Warning;
 
@@ -108,6 +110,9 @@ pub fn remesh_repaired<F: Into<Flow>>(
     options.validate()?;
     let options = &with_vertices(mesh, repaired.as_ref(), options)?;
     let mut callback = |now| progress(now).into();
+    if let Some(symmetry) = options.coarse_to_fine.symmetric {
+        return remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback);
+    }
     run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
 
