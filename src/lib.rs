@@ -81,10 +81,12 @@ pub use device::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use error::{Cause, Error, Result};
 pub use glam;
 pub use mesh::TriMesh;
+pub use mesh::cell_mesh::{CellColours, CellKind, CellMesh, CellSummary};
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
+pub use mesh::follow::Follower;
 pub use options::{
     CoarseToFineOptions, FeatureLines, Length, MeasureDepth, Method, Options, Quality, Refinement, Region,
-    Shortage, Size, Sizing,
+    Shortage, Size, Sizing, Symmetry,
 };
 pub use pipeline::{
     Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,

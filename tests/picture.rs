@@ -16,7 +16,7 @@ fn draw(panels: &[Panel], options: &PictureOptions) -> Pixmap {
 }
 
 fn plain(mesh: &TriMesh) -> Panel<'_> {
-    Panel { mesh, colours: &[], lines: &[], discs: None }
+    Panel { mesh, colours: &[], lines: &[], discs: None, outlines: false }
 }
 
 fn at(picture: &Pixmap, x: u32, y: u32) -> Colour {
@@ -58,7 +58,10 @@ fn nearer_faces_cover_farther_ones_in_any_order() {
         let is_far = |t: usize| (t < first) == (first == 2);
         let colours: Vec<Colour> =
             (0..mesh.triangles.len()).map(|t| if is_far(t) { [255, 0, 0] } else { [0, 255, 0] }).collect();
-        let picture = draw(&[Panel { mesh: &mesh, colours: &colours, lines: &[], discs: None }], &options);
+        let picture = draw(
+            &[Panel { mesh: &mesh, colours: &colours, lines: &[], discs: None, outlines: false }],
+            &options,
+        );
         assert!(is_mostly(at(&picture, 60, 45), 1), "{:?}", at(&picture, 60, 45));
         assert!(is_mostly(at(&picture, 25, 80), 0), "{:?}", at(&picture, 25, 80));
     }

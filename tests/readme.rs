@@ -51,6 +51,10 @@ fn kitchen() -> Place {
     for name in ["scan.ply", "scan.ply.gz", "scans/one.ply", "scans/two.ply"] {
         write(place.path(name), &scan).unwrap();
     }
+    std::fs::create_dir(place.path("frames")).unwrap();
+    for name in ["rest.ply", "frames/one.ply", "frames/two.ply"] {
+        write(place.path(name), &scan).unwrap();
+    }
     write(place.path("part.ply"), &part).unwrap();
     write(place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();

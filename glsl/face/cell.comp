@@ -22,12 +22,17 @@ layout(constant_id = 3) const uint MAX_CORNERS = 24;
 layout(constant_id = 4) const uint K = 32;
 // One for the list, one for all sites within reach, the rest for thinner slabs.
 layout(constant_id = 5) const uint MAX_ATTEMPTS = 5;
+// Whether bisectors are those of a power diagram. Then sites have the edge length wanted there as w, relative
+// to the spacing, and a site of length h weighs weight_share * h * h.
+layout(constant_id = 6) const uint WEIGHTED = 0;
 
 layout(push_constant) uniform Push {
     uint site_count;
     float spacing;        // the unit of the cell, so that its numbers are near 1
     float virtual_offset; // distance of the two virtual points in spacings (the paper's d)
     float box_half;       // half the edge of the cube that a cell starts from, in spacings
+    float weight_share;   // with WEIGHTED: the weight of a site over its squared edge length
+    float steepness;      // with WEIGHTED: the most that edge lengths change per unit of distance
 };
 READ_VEC4(0, Sites, sites);
 READ_VEC4(1, Normals, normals);
@@ -52,12 +57,16 @@ shared uint links[((MAX_PLANES + 3u) / 4u) * WORKGROUP];
 // once.
 const float ON_PLANE = 2e-6;
 const uint UNLINKED = 0xffu;
+// Weights move a bisector by at most this share of the half distance between its sites.
+const float LARGEST_SHIFT = 0.9;
 
 uint lane;
 uint triangle_count;
 uint plane_count;
 uint trouble;
 uint notes;
+// The unit of the cell, so that its numbers are near 1: the spacing, or the edge length wanted at the site.
+float unit;
 
 vec3 plane_vector(uint p) { return uintBitsToFloat(planes[p * WORKGROUP + lane].xyz); }
 
@@ -179,11 +188,17 @@ void start_cell() {
 }
 
 void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
-    vec3 v = (AT(sites, j).xyz - at) / spacing;
+    vec4 other = AT(sites, j);
+    vec3 v = (other.xyz - at) / unit;
     if (dot(v, v) < 1e-12) {
         // Both sites have the same direction u and are separated along it.
         v = (j > site ? 1e-3 : -1e-3) * u;
         notes |= FLAG_COINCIDENT;
+    } else if (WEIGHTED != 0u) {
+        // Both sites move their bisector by as much, and neither loses its own place.
+        float ratio = other.w * spacing / unit;
+        float shift = weight_share * (1.0 - ratio * ratio) / dot(v, v);
+        v *= 1.0 + clamp(shift, -LARGEST_SHIFT, LARGEST_SHIFT);
     }
     clip(v, j);
 }
@@ -203,12 +218,12 @@ void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
     uint t = 0u;
     while (trouble == 0u) {
         while (t < tiles && box_distance_sq(at, at, AT(bounds, 2u * t).xyz, AT(bounds, 2u * t + 1u).xyz) >
-                                reach_sq * spacing * spacing) ++t;
+                                reach_sq * unit * unit) ++t;
         if (t >= tiles) break;
         uvec2 hits = uvec2(0u);
         for (uint l = 0u; l < TILE; ++l) {
             uint j = t * TILE + l;
-            vec3 d = (AT(sites, min(j, site_count - 1u)).xyz - at) / spacing;
+            vec3 d = (AT(sites, min(j, site_count - 1u)).xyz - at) / unit;
             if (j < site_count && j != site && dot(d, d) <= reach_sq) hits[l >> 5] |= 1u << (l & 31u);
         }
         while ((hits.x | hits.y) != 0u && trouble == 0u) {
@@ -219,6 +234,15 @@ void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
         }
         ++t;
     }
+}
+
+// The squared distance from which on no site cuts a face of this squared radius: twice the radius, but
+// weights move a bisector the more, the longer the edges are on its other side.
+float security_sq(float radius_sq) {
+    if (WEIGHTED == 0u) return 4.0 * radius_sq;
+    float near = sqrt(radius_sq) + weight_share * steepness;
+    float far = 1.0 - weight_share * steepness * steepness;
+    return 4.0 * near * near / (far * far);
 }
 
 // Cuts by the tangent plane and writes the loop of that cut, which is the face. Returns its radius squared in
@@ -242,7 +266,7 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
         radius_sq = max(radius_sq, dot(x, x));
         uint behind = planes[at * WORKGROUP + lane].w;
         if (behind == NONE) notes |= FLAG_UNBOUNDED;
-        corners[e * site_count + site] = x * spacing;
+        corners[e * site_count + site] = x * unit;
         fan[e * site_count + site] = behind;
         at = to;
     }
@@ -259,7 +283,9 @@ void main() {
     uint site = thread_index();
     lane = gl_LocalInvocationID.x;
     if (site >= site_count) return;
-    vec3 at = AT(sites, site).xyz;
+    vec4 own = AT(sites, site);
+    vec3 at = own.xyz;
+    unit = WEIGHTED != 0u ? spacing * own.w : spacing;
     vec3 n = AT(normals, site).xyz, u, v;
     tangent_frame(n, u, v);
     float reach_sq = -1.0;
@@ -291,11 +317,11 @@ void main() {
         // Radius of security: a site farther than twice the face's radius cannot cut it.
         secure = farthest == NONE || reach_sq > 0.0;
         if (!secure) {
-            vec3 d = (AT(sites, farthest).xyz - at) / spacing;
-            secure = dot(d, d) >= 4.0 * radius_sq;
+            vec3 d = (AT(sites, farthest).xyz - at) / unit;
+            secure = dot(d, d) >= security_sq(radius_sq);
         }
         if (secure) break;
-        reach_sq = 4.0001 * radius_sq;
+        reach_sq = WEIGHTED != 0u ? 1.0001 * security_sq(radius_sq) : 4.0001 * radius_sq;
     }
     // A list's face stands where completing it failed, or no attempt was left for that.
     if (!secure && reach_sq > 0.0) found |= FLAG_SECURITY | FLAG_INCOMPLETE;

@@ -18,11 +18,12 @@ from ._drivers import add_cpu_driver
 from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutOfMemoryError, OutputError
 from ._figures import devices, inspect, measure, render
 from ._files import Mesh, read, sample, write
+from ._follow import follow
 from ._native import __version__
 from ._options import Options, Research
 from ._progress import Progress
 from ._remesh import Remesher, contour, reconstruct, remesh
-from ._result import Correspondence, Result
+from ._result import Cells, Correspondence, Result
 
 add_cpu_driver()
 
@@ -43,6 +44,7 @@ def __dir__() -> list[str]:
 __all__ = [
     "Attributes",
     "Cancelled",
+    "Cells",
     "Correspondence",
     "DeviceError",
     "Error",
@@ -59,6 +61,7 @@ __all__ = [
     "__version__",
     "contour",
     "devices",
+    "follow",
     "inspect",
     "measure",
     "read",

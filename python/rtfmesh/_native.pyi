@@ -39,8 +39,11 @@ def options() -> list[tuple[str, str | None, list[str], str]]:
 
 def remesh(
     device: Device, given: Mesh, options: list[str], request: Request
-) -> tuple[Mesh, tuple[Any, ...], Places, Places, str]:
-    """Mesh, attributes, places of the vertices and of the faces, report as JSON."""
+) -> tuple[Mesh, tuple[Any, ...], Places, Places, str, tuple[Any, ...] | None]:
+    """Mesh, attributes, places of the vertices and of the faces, report as JSON, cells."""
+
+def follow(input: Mesh, result: Mesh, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The vertices of a result (F, N, 3) in all poses of its input (F, V, 3)."""
 
 def measure(
     given: Mesh, against: Mesh | None, accuracy: float | None, energy: bool, feature_angle: float | None

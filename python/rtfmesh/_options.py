@@ -60,6 +60,10 @@ class Options(TypedDict, total=False):
     fit: bool | None
     """With False: keep vertices exactly on the input surface. By default they may leave it slightly,
     because triangles then fit the surface better."""
+    symmetric: Literal["x", "y", "z", "auto"] | None
+    """Make the result its own mirror image along x, y, z or auto, the best of these. The input must be
+    symmetric within 0.1 % of the diagonal, about the middle of its bounding box. One half is remeshed and
+    mirrored, so there may be one vertex more or fewer than asked for, which a note says."""
     min_angle: float | None
     """Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
     the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well. Sharp
@@ -91,7 +95,7 @@ class Options(TypedDict, total=False):
     """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
     around places that equal edges would miss, such as narrow folds; uniform: equal everywhere, the default
     with `quality` draft; curvature: shorter where the surface is curved; property:NAME: proportional to
-    this vertex attribute."""
+    this vertex attribute. The preset rtf takes curvature and property:NAME as well."""
     max_deviation: float | str | None
     """Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
     percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as

@@ -21,7 +21,7 @@ from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._options import Options
 from ._progress import Callback, Native, shown
-from ._result import Correspondence, Result
+from ._result import Cells, Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
 from ._words import is_word, label_names, take_features, take_fixed_points, take_sizing, word, words
 
@@ -46,6 +46,7 @@ class Request:
     fixed_points: NDArray[np.float64] | None
     correspondence: tuple[bool, bool]
     distances: bool
+    cells: bool
     progress: Native | None
 
 
@@ -105,11 +106,12 @@ class Remesher:
         attributes: Attributes | Mapping[str, Any] | bool | None = None,
         correspondence: bool = True,
         distances: bool = False,
+        cells: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.remesh`, on this device."""
-        told = Told(correspondence=correspondence, distances=distances, progress=progress)
+        told = Told(correspondence=correspondence, distances=distances, progress=progress, cells=cells)
         faces, n = with_count(vertices, faces, n)
         given = given_mesh(vertices, faces, attributes)
         return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
@@ -213,10 +215,19 @@ class Remesher:
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
             request = Request(
-                carrier.given, points, values, sizing, features, fixed, places, told.distances, callback
+                carrier.given,
+                points,
+                values,
+                sizing,
+                features,
+                fixed,
+                places,
+                told.distances,
+                told.cells,
+                callback,
             )
             done = _native.remesh(self._device, (positions, triangles), line, request)
-        (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
+        (new_vertices, new_faces), columns, of_vertices, of_faces, text, cells = done
         found: dict[str, Any] = json.loads(text)
         # Of files, which there are none of.
         del found["input_file"], found["output_file"]
@@ -236,6 +247,7 @@ class Remesher:
             read_attributes(columns)
             if volume
             else carrier.carried(columns, len(new_vertices), len(new_faces)),
+            None if cells is None else Cells(*cells),
         )
 
 
@@ -246,10 +258,12 @@ class Told:
     correspondence: bool
     distances: bool
     progress: bool | Callback
+    cells: bool = False
 
     def __post_init__(self) -> None:
         self.correspondence = truth(self.correspondence, "correspondence")
         self.distances = truth(self.distances, "distances")
+        self.cells = truth(self.cells, "cells")
 
 
 def warned(result: Result, stacklevel: int = 3) -> Result:
@@ -322,6 +336,7 @@ def remesh(
     attributes: Attributes | Mapping[str, Any] | bool | None = None,
     correspondence: bool = True,
     distances: bool = False,
+    cells: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
     device_memory: int | None = None,
@@ -349,6 +364,8 @@ def remesh(
     distances
         Whether the report, which there always is, has the distances to the input and the time of each kernel.
         They take a little time.
+    cells
+        Whether the result has the cells of its vertices, as `--cells` writes them.
     progress
         True shows a bar, if tqdm is installed. A function is called with a `Progress` up to 20 times a
         second, and may return "finish" to end the run early with a valid mesh, or "cancel" to stop it.
@@ -378,7 +395,7 @@ def remesh(
     MeshWarning
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
-    told = Told(correspondence=correspondence, distances=distances, progress=progress)
+    told = Told(correspondence=correspondence, distances=distances, progress=progress, cells=cells)
     faces, n = with_count(vertices, faces, n)
     given, wanted = given_mesh(vertices, faces, attributes), dict(options)
     return warned(

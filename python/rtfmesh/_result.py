@@ -42,6 +42,26 @@ class Correspondence:
 
 
 @dataclass(frozen=True, eq=False)
+class Cells:
+    """The cells of a result's vertices as P polygons, each a flat part of one cell."""
+
+    kind: str
+    """"tangent" for faces in tangent planes, "exact" for Voronoi cells on the input."""
+    vertices: Vertices
+    """Corners of all polygons, shape (C, 3)."""
+    corners: NDArray[np.uint32]
+    """Indices of vertices: those of polygon k are corners[starts[k]:starts[k + 1]]."""
+    starts: NDArray[np.uint32]
+    """Shape (P + 1,)."""
+    cells: NDArray[np.uint32]
+    """The vertex of the result whose cell each polygon is a part of, ascending, shape (P,)."""
+
+    def polygons(self) -> list[NDArray[np.uint32]]:
+        """The corners of each polygon."""
+        return np.split(self.corners, self.starts[1:-1])
+
+
+@dataclass(frozen=True, eq=False)
 class Result:
     """A new mesh of N vertices and M faces."""
 
@@ -58,6 +78,8 @@ class Result:
     """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
     attributes: Attributes
     """The input's attributes for this mesh."""
+    cells: Cells | None = None
+    """The cells of the vertices, with `cells=True`."""
 
     def __iter__(self) -> Iterator[Any]:
         """Vertices and faces: `vertices, faces = result`."""

@@ -97,8 +97,9 @@ pub fn render<'py>(
         let lines = |mesh| if curves { curve_lines(mesh) } else { Ok(Vec::new()) };
         let lines = meshes.iter().map(lines).collect::<rtfmesh::Result<Vec<_>>>()?;
         let panels = meshes.iter().zip(&colours).zip(&lines);
-        let panels: Vec<Panel> =
-            panels.map(|((mesh, colours), lines)| Panel { mesh, colours, lines, discs: None }).collect();
+        let panels: Vec<Panel> = panels
+            .map(|((mesh, colours), lines)| Panel { mesh, colours, lines, discs: None, outlines: false })
+            .collect();
         if as_png { png(&panels, &options) } else { rgba(&panels, &options) }
     })?;
     Ok(PyArray1::from_vec(py, bytes))

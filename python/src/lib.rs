@@ -6,6 +6,7 @@ mod device;
 mod errors;
 mod figures;
 mod files;
+mod follow;
 mod mesh;
 mod program;
 mod run;
@@ -26,6 +27,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(figures::measure, module)?)?;
     module.add_function(wrap_pyfunction!(figures::inspect, module)?)?;
     module.add_function(wrap_pyfunction!(figures::render, module)?)?;
+    module.add_function(wrap_pyfunction!(follow::follow, module)?)?;
     module.add_function(wrap_pyfunction!(files::read, module)?)?;
     module.add_function(wrap_pyfunction!(files::sample, module)?)?;
     module.add_function(wrap_pyfunction!(files::write, module)?)?;

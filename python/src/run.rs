@@ -5,13 +5,13 @@ use crate::device::Device;
 use crate::errors::exception;
 use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places, positions};
 use crate::work::{INTERVAL, own_work};
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rtfmesh::cli::call::{Call, Input, Points, Source, Values};
 use rtfmesh::glam::{DAffine3, DMat4, DVec3};
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::features::FeatureLine;
-use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
+use rtfmesh::{CellKind, CellMesh, CorrespondenceRequest, Error, FeatureLines, Flow, Progress, TriMesh};
 use std::time::Instant;
 
 /// Normals (P x 3), whether to close all holes, the size of holes to close, what the points show.
@@ -40,13 +40,24 @@ pub struct Request<'py> {
     correspondence: (bool, bool),
     /// Whether the report has distances.
     distances: bool,
+    /// Whether there are cells.
+    cells: bool,
     /// Called with phase, attempt, fraction, iteration, iterations and step; returns whether to finish early
     /// or to stop.
     progress: Option<Py<PyAny>>,
 }
 
-/// Mesh, attributes, places of the vertices and of the faces, report as JSON.
-type Outcome<'py> = (NewArrays<'py>, New<'py>, Places<'py>, Places<'py>, String);
+/// The kind of cells, all corners, and for each polygon its corners, their beginning, and its vertex.
+type Cells<'py> = (
+    &'static str,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<u32>>,
+    Bound<'py, PyArray1<u32>>,
+    Bound<'py, PyArray1<u32>>,
+);
+
+/// Mesh, attributes, places of the vertices and of the faces, report as JSON, cells.
+type Outcome<'py> = (NewArrays<'py>, New<'py>, Places<'py>, Places<'py>, String, Option<Cells<'py>>);
 
 /// Remeshes with the command line's options.
 #[pyfunction]
@@ -76,6 +87,7 @@ pub fn remesh<'py>(
         fixed_points: request.fixed_points.as_ref().map(positions).transpose()?.unwrap_or_default(),
         correspondence: CorrespondenceRequest { vertices, faces },
         distances: request.distances,
+        cells: request.cells,
     };
     let mut watch = Watch::new(request.progress);
     let (done, watch) = own_work(py, move |token| {
@@ -96,7 +108,21 @@ pub fn remesh<'py>(
         places(py, &found.vertices)?,
         places(py, &found.faces)?,
         output.report,
+        output.cells.map(|found| cells(py, found)).transpose()?,
     ))
+}
+
+/// # Errors
+/// Those of numpy.
+fn cells(py: Python<'_>, found: CellMesh) -> PyResult<Cells<'_>> {
+    let CellMesh { kind, vertices, corners, starts, cells } = found;
+    let kind = match kind {
+        CellKind::Tangent => "tangent",
+        CellKind::Exact => "exact",
+    };
+    let (positions, _) = arrays(py, TriMesh { vertices, triangles: Vec::new() })?;
+    let [corners, starts, cells] = [corners, starts, cells].map(|list| PyArray1::from_vec(py, list));
+    Ok((kind, positions, corners, starts, cells))
 }
 
 /// What is known of points.

@@ -237,6 +237,11 @@ impl ResearchArgs {
     pub fn put(&self, options: &mut AllAtOnceOptions) {
         self.settings.put(options);
     }
+
+    /// Whether a centroid is given.
+    pub fn names_centroid(&self) -> bool {
+        self.settings.centroid.is_some()
+    }
 }
 
 impl SettingArgs {

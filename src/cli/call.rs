@@ -20,8 +20,8 @@ use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
 use rtfmesh::report::to_json;
 use rtfmesh::{
-    CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress, ProgressToken,
-    Result, TriMesh,
+    CellMesh, CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress,
+    ProgressToken, Remeshed, Result, TriMesh,
 };
 use std::borrow::Cow;
 
@@ -79,6 +79,8 @@ pub struct Input {
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
     pub distances: bool,
+    /// Whether the output has the cells of the vertices.
+    pub cells: bool,
 }
 
 /// What a surface is made from before it is remeshed.
@@ -151,6 +153,8 @@ pub struct Output {
     pub mesh: TriMesh,
     /// Where it lies on the input, as far as that was asked for or needed.
     pub correspondence: Option<Correspondence>,
+    /// The cells of its vertices, if they were asked for.
+    pub cells: Option<CellMesh>,
     /// The input's attributes for the result.
     pub attributes: Attributes,
     /// The report as JSON.
@@ -235,13 +239,15 @@ impl Call {
         let mut job = RemeshJob::new(request, source, &mut notes, &mut run)?;
         let Finished { result, attributes, .. } = job.remesh(device, &mut run)?;
         let report = job.report(device, &result.summary, &notes, Default::default()).to_json()?;
-        Ok(Output { mesh: result.mesh, correspondence: result.correspondence, attributes, report })
+        let Remeshed { mesh, correspondence, cells, .. } = result;
+        Ok(Output { mesh, correspondence, cells, attributes, report })
     }
 
     /// The options but for what depends on the mesh, checked.
     fn own_options(&self, input: &Input) -> Result<Options> {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
         let mut options = self.checked_options(measures)?;
+        options.cells = input.cells;
         options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
         options.coarse_to_fine.points =
             self.method.read_points()?.unwrap_or_else(|| input.fixed_points.clone());

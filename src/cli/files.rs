@@ -150,13 +150,13 @@ impl<'a> Target<'a> {
         &self,
         mesh: &TriMesh,
         attributes: &Attributes,
-        texts: &[(&Path, String)],
+        others: &[(&Path, Vec<u8>)],
         quiet: bool,
     ) -> Result<()> {
         let notes = self.notes(mesh, attributes);
         // Whatever may fail is done before the first file is in its place.
-        let texts = texts.iter().map(|(path, text)| Prepared::of_text(path, text));
-        let texts = texts.collect::<rtfmesh::Result<Vec<_>>>()?;
+        let others = others.iter().map(|(path, bytes)| Prepared::of_bytes(path, bytes));
+        let others = others.collect::<rtfmesh::Result<Vec<_>>>()?;
         let writer = Writer::new().attributes(attributes).encoding(self.encoding);
         if is_standard(self.path) {
             let bytes = writer.encode("standard output", mesh)?;
@@ -166,7 +166,7 @@ impl<'a> Target<'a> {
         } else {
             writer.prepare(self.path, mesh)?.put()?;
         }
-        texts.into_iter().try_for_each(Prepared::put)?;
+        others.into_iter().try_for_each(Prepared::put)?;
         for note in notes.iter().filter(|_| !quiet) {
             tell(&format!("note: {}: {note}\n", shown(self.path)));
         }
@@ -202,8 +202,8 @@ mod tests {
         let target = Target::new(&path, None).unwrap();
         let report = folder.path().join("gone/report.json");
         let page = folder.path().join("page.html");
-        let write = |texts: &[(&Path, String)]| target.write_all(&mesh, &Attributes::default(), texts, true);
-        let texts = [(page.as_path(), "page".to_owned()), (report.as_path(), "report".to_owned())];
+        let write = |texts: &[(&Path, Vec<u8>)]| target.write_all(&mesh, &Attributes::default(), texts, true);
+        let texts = [(page.as_path(), b"page".to_vec()), (report.as_path(), b"report".to_vec())];
         assert!(write(&texts).unwrap_err().to_string().contains("there is no folder"));
         assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);

@@ -9,9 +9,10 @@ use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::{Input, Loaded, Reader};
 use rtfmesh::mesh::attributes::Attribute;
+use rtfmesh::options::Centroid;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
-    Size,
+    Size, Symmetry,
 };
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,14 @@ pub struct MethodArgs {
     /// By default they may leave it slightly, because triangles then fit the surface better.
     #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     no_fit: bool,
+    /// Make the result its own mirror image along x, y, z or auto, the best of these
+    ///
+    /// The input must be symmetric within 0.1 % of the diagonal, about the middle of its bounding box. One
+    /// half is remeshed and mirrored, so there may be one vertex more or fewer than asked for, which a note
+    /// says.
+    #[arg(long, value_enum, value_name = "AXIS", help_heading = SHAPE, hide_short_help = true,
+        conflicts_with_all = ["features", "points", "keep_boundary", "refine", "max_deviation"])]
+    symmetric: Option<AxisName>,
     /// Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]
     ///
     /// Local edits do it, at the same number of vertices. Obtuse triangles on sharp edges and boundaries are
@@ -107,6 +116,25 @@ enum QualityName {
     Best,
 }
 
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum AxisName {
+    X,
+    Y,
+    Z,
+    Auto,
+}
+
+impl From<AxisName> for Symmetry {
+    fn from(axis: AxisName) -> Self {
+        match axis {
+            AxisName::X => Self::X,
+            AxisName::Y => Self::Y,
+            AxisName::Z => Self::Z,
+            AxisName::Auto => Self::Automatic,
+        }
+    }
+}
+
 impl MethodArgs {
     /// Refuses an option that would do nothing: nobody would notice.
     fn refuse_idle(&self, research: &ResearchArgs, options: &Options) -> rtfmesh::Result<()> {
@@ -119,12 +147,16 @@ impl MethodArgs {
             ("--features", self.features.is_some()),
             ("--points", self.points.is_some()),
             ("--keep-boundary", self.keep_boundary),
+            ("--symmetric", self.symmetric.is_some()),
             ("--vertices-at-least", self.vertices_at_least),
             ("--sizing", self.sizing.differs()),
             ("--refine", !self.sizing.refine().is_empty()),
         ];
         let coarse = options.method == Method::CoarseToFine;
-        let idle = given.into_iter().find(|(_, given)| *given && !coarse);
+        // Tangent faces can be weighted.
+        let may_size = options.has_weights() && !self.sizing.is_deviation();
+        let works = |name: &str| coarse || (may_size && name == "--sizing");
+        let idle = given.into_iter().find(|(name, given)| *given && !works(name));
         let idle = idle.map(|(name, _)| (name.to_owned(), ("preset default", "--preset default")));
         let setting = || {
             let (name, needs) = research.idle_setting(options)?;
@@ -169,6 +201,7 @@ impl MethodArgs {
         coarse.fit &= !self.no_fit;
         coarse.local = self.local;
         coarse.keep_boundary = self.keep_boundary;
+        coarse.symmetric = self.symmetric.map(Into::into);
         put(self.min_angle, &mut coarse.min_angle);
         put(self.feature_angle, &mut coarse.feature_angle);
         options.shortage = match (self.vertices_at_least, self.strict) {
@@ -177,6 +210,10 @@ impl MethodArgs {
             (false, false) => Shortage::BestEffort,
         };
         self.sizing.put(&mut options)?;
+        if options.is_weighted() && !research.names_centroid() {
+            // The mean of corners is too rough for edges to follow lengths closely.
+            options.all_at_once.centroid = Centroid::Area;
+        }
         options.validate()?;
         Ok(options)
     }

@@ -7,6 +7,7 @@ pub mod call;
 mod cloud;
 mod devices;
 mod files;
+mod follow;
 mod heading;
 mod inspect;
 mod job;
@@ -62,6 +63,7 @@ const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND -
 enum Command {
     Remesh(remesh::Args),
     Batch(batch::Args),
+    Follow(follow::Args),
     Measure(measure::Args),
     Inspect(inspect::Args),
     Render(render::Args),
@@ -84,6 +86,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = match cli.command {
         Command::Remesh(args) => return tell_outcome(remesh::run(&args)),
         Command::Batch(args) => batch::run(&args),
+        Command::Follow(args) => follow::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Render(args) => render::run(&args),

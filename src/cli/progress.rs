@@ -192,6 +192,11 @@ impl<'a> RunProgress<'a> {
         self.begun.elapsed().as_secs_f64() + SAFETY * now.to_finish * whole > limit
     }
 
+    /// Whether the time limit has passed.
+    pub fn is_over(&self) -> bool {
+        self.limit.is_some_and(|limit| self.begun.elapsed() > limit)
+    }
+
     /// Removes the progress bar at the end of the run.
     pub fn end(&self) {
         self.bar.finish_and_clear();

@@ -20,7 +20,7 @@ use rtfmesh::glam::DVec3;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Input};
 use rtfmesh::report::html::{PageInput, page};
-use rtfmesh::{CorrespondenceRequest, Error, MeasureDepth, Options, Size};
+use rtfmesh::{CellColours, CellMesh, CorrespondenceRequest, Error, MeasureDepth, Options, Size};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -87,6 +87,17 @@ struct OutputArgs {
     /// It is one file that needs no network. Distances to the input are measured.
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
+    /// Write the cells of the vertices as polygons (.obj or .ply), coloured
+    ///
+    /// With the presets rtf, rpf and rvc these are the tangent faces of the sites, else the exact Voronoi
+    /// cells of the vertices on the input: a group of polygons for each, one for each triangle that it lies
+    /// in. PLY has the vertex of each polygon as `cell`, OBJ groups.
+    #[arg(long, value_name = "FILE", hide_short_help = true)]
+    cells: Option<PathBuf>,
+    /// With --cells: what the colours tell
+    #[arg(long, value_enum, value_name = "WHAT", default_value_t = ColoursOfCells::Area, requires = "cells",
+        hide_short_help = true)]
+    cell_color: ColoursOfCells,
     /// Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
     /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
@@ -104,6 +115,15 @@ struct OutputArgs {
     /// Print help: -h the common options, --help all
     #[arg(long, short, action = ArgAction::Help)]
     help: Option<bool>,
+}
+
+/// What colours of cells tell.
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum ColoursOfCells {
+    /// Their areas: white for the mean, blue for half of it, red for double
+    Area,
+    /// The numbers of neighbours: white for six, blue for fewer, red for more
+    Valence,
 }
 
 /// Reads, remeshes, writes. Nothing is written unless everything before succeeded. Returns the exit code.
@@ -128,9 +148,8 @@ pub fn run(args: &Args) -> Result<u8> {
     args.attributes.check(options.method)?;
     let target = args.output.as_deref().map(|path| Target::new(path, args.out.format)).transpose()?;
     refuse_overwriting(args)?;
-    for path in [&args.out.report, &args.out.html].into_iter().flatten() {
-        io::check_text_target(path)?;
-    }
+    options.cells = args.out.cells.is_some();
+    check_targets(&args.out)?;
     options.coarse_to_fine.features = args.method.read_features()?;
     options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
@@ -168,10 +187,10 @@ pub fn run(args: &Args) -> Result<u8> {
     let report = job.report(&device, &result.summary, &notes, files);
     let input = &job.loaded.mesh;
     let page = PageInput { report: &report, input, points: points.as_deref(), output: &result.mesh };
-    let texts = texts(args, &page)?;
+    let others = others(args, &page, result.cells.as_ref())?;
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
-    target.write_all(&result.mesh, &attributes, &texts, args.out.quiet)?;
+    target.write_all(&result.mesh, &attributes, &others, args.out.quiet)?;
     if !args.out.quiet {
         tell(&if args.out.verbose {
             table::run(&result.summary, device.info())
@@ -263,33 +282,54 @@ fn dry_run(args: &Args, size: Size, options: Options) -> Result<()> {
     print(&text)
 }
 
-/// The texts to write besides the mesh, with their paths.
-fn texts<'a>(args: &'a Args, about: &PageInput) -> Result<Vec<(&'a Path, String)>> {
+/// Checks whether the files besides the mesh can be written.
+fn check_targets(out: &OutputArgs) -> rtfmesh::Result<()> {
+    out.cells.iter().try_for_each(|path| io::check_cells_target(path))?;
+    [&out.report, &out.html].into_iter().flatten().try_for_each(io::check_text_target)
+}
+
+/// The files to write besides the mesh, with their paths.
+fn others<'a>(
+    args: &'a Args,
+    about: &PageInput,
+    cells: Option<&CellMesh>,
+) -> Result<Vec<(&'a Path, Vec<u8>)>> {
     let mut texts = Vec::new();
+    if let (Some(path), Some(cells)) = (&args.out.cells, cells) {
+        let by = match args.out.cell_color {
+            ColoursOfCells::Area => CellColours::Area,
+            ColoursOfCells::Valence => CellColours::Valence,
+        };
+        texts.push((path.as_path(), io::encode_cells(path, cells, &cells.colours(by, about.output))?));
+    }
     if let Some(path) = &args.out.report {
-        texts.push((path.as_path(), about.report.to_json()?));
+        texts.push((path.as_path(), about.report.to_json()?.into_bytes()));
     }
     if let Some(path) = &args.out.html {
-        texts.push((path.as_path(), page(about)?));
+        texts.push((path.as_path(), page(about)?.into_bytes()));
     }
     Ok(texts)
 }
 
 /// No file may be both read and written, except for the mesh itself, and none written twice.
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
-    let written = [("--report", "report", &args.out.report), ("--html", "page", &args.out.html)];
+    let written = [
+        ("--report", "report", &args.out.report),
+        ("--html", "page", &args.out.html),
+        ("--cells", "cells", &args.out.cells),
+    ];
     let written = written.map(|(option, what, path)| path.as_ref().map(|path| (option, what, path)));
+    let mut earlier: Vec<(&str, &Path)> = Vec::new();
     for (option, what, path) in written.into_iter().flatten() {
-        if [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|mesh| same_file(path, mesh)) {
-            let problem = format!("the {what} would overwrite the mesh in {}", shown(path));
+        let meshes = [args.output.as_ref(), Some(&args.input)].into_iter().flatten();
+        let meshes = meshes.map(|mesh| ("mesh", mesh.as_path()));
+        if let Some((other, _)) =
+            meshes.chain(earlier.iter().copied()).find(|(_, other)| same_file(path, other))
+        {
+            let problem = format!("the {what} would overwrite the {other} in {}", shown(path));
             return Err(Error::usage(problem, format!("choose another file for {option}")));
         }
-    }
-    if let [Some((_, _, report)), Some((_, _, page))] = written
-        && same_file(report, page)
-    {
-        let problem = format!("the page would overwrite the report in {}", shown(report));
-        return Err(Error::usage(problem, "choose another file for --html"));
+        earlier.push((what, path));
     }
     let read = [
         ("--features", "feature lines", args.method.features()),

@@ -9,6 +9,8 @@ use crate::error::shown;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::io;
+use rtfmesh::io::Loaded;
+use rtfmesh::mesh::attributes::Role;
 use rtfmesh::mesh::features::{Curve, FeatureOptions, find_features, spacing_of};
 use rtfmesh::picture::{Colour, Discs, Panel, PictureOptions, View, distance_colours, png, quality_colours};
 use rtfmesh::{Error, TriMesh};
@@ -39,6 +41,9 @@ pub struct Args {
     /// With --color distance: the mesh to which distances are measured
     #[arg(long, value_name = "REFERENCE", required_if_eq("color", "distance"), help_heading = COLOURS)]
     against: Option<PathBuf>,
+    /// Draw cells, as remesh --cells writes them: in their colours, with nothing but outlines
+    #[arg(long, conflicts_with_all = ["color", "curves"], help_heading = COLOURS)]
+    cells: bool,
     /// Draw sharp edges and boundaries as lines
     #[arg(long, help_heading = COLOURS)]
     curves: bool,
@@ -108,7 +113,8 @@ pub fn run(args: &Args) -> Result<()> {
         });
     }
     let panels = drawn.iter().zip(&colours).zip(&lines);
-    let panels: Vec<Panel> = panels.map(|((drawn, colours), lines)| panel(drawn, colours, lines)).collect();
+    let panels = panels.map(|((drawn, colours), lines)| panel(drawn, colours, lines));
+    let panels: Vec<Panel> = panels.map(|panel| Panel { outlines: args.cells, ..panel }).collect();
     let name = args.meshes.first().map_or(Path::new(""), |path| input_name(path));
     let picture = png(&panels, &options).map_err(|e| e.in_file(name))?;
     Ok(io::write_bytes(&args.output, &picture)?)
@@ -125,13 +131,28 @@ fn load(args: &Args, path: &Path) -> rtfmesh::Result<Drawn> {
         let problem = format!("{name} works only with meshes, and {input} has points without faces");
         return Err(Error::usage(problem, "remove it"));
     }
-    Drawn::new(loaded).map_err(in_file)
+    let own = if args.cells { face_colours(&loaded) } else { Vec::new() };
+    let drawn = Drawn::new(loaded).map_err(in_file)?;
+    Ok(if own.is_empty() { drawn } else { Drawn { colours: own, ..drawn } })
+}
+
+/// The colours of the triangles, or of their first corners.
+fn face_colours(loaded: &Loaded) -> Vec<Colour> {
+    let Loaded { mesh, attributes, .. } = loaded;
+    let of_faces = attributes.face.iter().find(|attribute| attribute.role == Role::Colour);
+    let byte = |share: f64| (255.0 * share.clamp(0.0, 1.0)).round() as u8;
+    let of_one = |(t, triangle): (usize, &[u32; 3])| {
+        let of_corner = || Some(attributes.vertex_role(Role::Colour)?.unit_colour(triangle[0] as usize));
+        let [red, green, blue, _] = of_faces.map(|colour| colour.unit_colour(t)).or_else(of_corner)?;
+        Some([red, green, blue].map(byte))
+    };
+    mesh.triangles.iter().enumerate().map(of_one).collect::<Option<_>>().unwrap_or_default()
 }
 
 fn panel<'a>(drawn: &'a Drawn, colours: &'a [Colour], lines: &'a [[DVec3; 2]]) -> Panel<'a> {
     let discs =
         drawn.diameter.map(|diameter| Discs { diameter, normals: &drawn.normals, oriented: drawn.oriented });
-    Panel { mesh: &drawn.mesh, colours, lines, discs }
+    Panel { mesh: &drawn.mesh, colours, lines, discs, outlines: false }
 }
 
 fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {

@@ -13,7 +13,8 @@ pub struct SizingArgs {
     ///
     /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds; uniform:
     /// equal everywhere, the default with --quality draft; curvature: shorter where the surface is curved;
-    /// property:NAME: proportional to this vertex attribute.
+    /// property:NAME: proportional to this vertex attribute. The preset rtf takes curvature and property:NAME
+    /// as well.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
     /// Maximum distance between input and result, e.g. 0.1%; sets the edge lengths
@@ -88,6 +89,11 @@ impl SizingArgs {
     /// Whether edge lengths are to differ.
     pub fn differs(&self) -> bool {
         self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(How::differs)
+    }
+
+    /// Whether a largest deviation is given.
+    pub fn is_deviation(&self) -> bool {
+        self.max_deviation.is_some()
     }
 
     /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::values`].

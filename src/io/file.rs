@@ -130,12 +130,12 @@ impl Prepared {
         Ok(Self { file, target, path: path.to_owned() })
     }
 
-    /// Of a text.
+    /// Of these bytes.
     ///
     /// # Errors
     /// As [`Prepared::new`].
-    pub fn of_text(path: &Path, text: &str) -> Result<Self> {
-        Self::new(path, |file| file.write_all(text.as_bytes()))
+    pub fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self> {
+        Self::new(path, |file| file.write_all(bytes))
     }
 
     /// Puts the file in its place.

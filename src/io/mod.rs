@@ -3,6 +3,7 @@
 //! NRRD, NIfTI, MetaImage and VTK's images.
 
 mod binary;
+mod cells;
 mod checks;
 mod file;
 mod format;
@@ -26,6 +27,8 @@ mod volumes;
 mod vtk;
 mod write;
 
+pub(crate) use cells::check_cells_target;
+pub use cells::{encode_cells, write_cells};
 pub(crate) use file::Prepared;
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;

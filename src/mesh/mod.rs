@@ -1,6 +1,7 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
 pub mod attributes;
+pub mod cell_mesh;
 pub(crate) mod chunks;
 pub(crate) mod coincident;
 pub mod correspondence;
@@ -8,6 +9,7 @@ pub(crate) mod csr;
 pub mod distance;
 pub mod feature_distance;
 pub mod features;
+pub mod follow;
 pub(crate) mod forced_angles;
 pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;
@@ -15,6 +17,7 @@ pub(crate) mod handles;
 pub(crate) mod hash_grid;
 pub(crate) mod insert_points;
 pub mod intersections;
+pub(crate) mod mirror;
 pub mod quality;
 pub(crate) mod quick_hash;
 pub mod repair;

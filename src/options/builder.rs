@@ -2,7 +2,7 @@
 
 use super::{
     Centroid, Face, FeatureLines, Length, MeasureDepth, Method, Neighbours, Normals, Options, Projection,
-    Refinement, Seeding, Shortage, Sizing,
+    Refinement, Seeding, Shortage, Sizing, Symmetry,
 };
 use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
@@ -94,6 +94,13 @@ impl Options {
     #[must_use]
     pub fn features(mut self, features: impl Into<Option<FeatureLines>>) -> Self {
         self.coarse_to_fine.features = features.into();
+        self
+    }
+
+    /// Sets [`crate::CoarseToFineOptions::symmetric`].
+    #[must_use]
+    pub fn symmetric(mut self, symmetric: impl Into<Option<Symmetry>>) -> Self {
+        self.coarse_to_fine.symmetric = symmetric.into();
         self
     }
 

@@ -41,6 +41,23 @@ pub enum Shortage {
     AddVertices,
 }
 
+/// The axis along which an input is its own mirror image. The plane of symmetry is across it, through the
+/// middle of the bounding box.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(rename_all = "lowercase")]
+pub enum Symmetry {
+    /// The x axis.
+    X,
+    /// The y axis.
+    Y,
+    /// The z axis.
+    Z,
+    /// The axis along which the mirror image is closest.
+    #[serde(rename = "auto")]
+    Automatic,
+}
+
 /// The edge lengths over the surface.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
@@ -136,6 +153,10 @@ pub struct CoarseToFineOptions {
     pub points: Vec<DVec3>,
     /// Whether the vertices and edges of the input's boundary are those of the result, exactly.
     pub keep_boundary: bool,
+    /// Makes the result its own mirror image, vertex by vertex, along an axis; the input must be symmetric
+    /// within 0.1 % of the diagonal. One half is remeshed and mirrored, so there may be one vertex more or
+    /// fewer than asked for. `None` does not care.
+    pub symmetric: Option<Symmetry>,
     /// Input half-edges that are also kept: `3 * triangle + k` goes from corner k of the triangle to the
     /// next. Half-edges of triangles that repair removes are ignored.
     pub fixed_half_edges: Vec<u32>,
@@ -174,6 +195,7 @@ impl Default for CoarseToFineOptions {
             features: None,
             points: Vec::new(),
             keep_boundary: false,
+            symmetric: None,
             fixed_half_edges: Vec::new(),
             label_borders: Vec::new(),
             smooth_labels: 1.0,
@@ -217,6 +239,26 @@ impl CoarseToFineOptions {
         Ok(())
     }
 
+    /// Refuses what is known for the whole input but not for its half.
+    fn check_symmetric(&self) -> Result<()> {
+        if self.symmetric.is_none() {
+            return Ok(());
+        }
+        let of_input = [
+            ("`features`", self.features.is_some()),
+            ("`points`", !self.points.is_empty()),
+            ("`keep_boundary`", self.keep_boundary),
+            ("`refine`", !self.refine.is_empty()),
+            ("kept labels, texture seams or rims", !self.label_borders.is_empty()),
+            ("kept labels, texture seams or rims", !self.fixed_half_edges.is_empty()),
+            ("edge lengths for each vertex", matches!(self.sizing, Sizing::Given(_))),
+            ("a maximum deviation", matches!(self.sizing, Sizing::Deviation(_))),
+        ];
+        let Some((other, _)) = of_input.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
+        let problem = format!("`symmetric` does not go together with {other}");
+        Err(Error::option("symmetric", problem, "remove one of them"))
+    }
+
     /// Checks each range, as far as that takes no mesh.
     ///
     /// # Errors
@@ -251,6 +293,7 @@ impl CoarseToFineOptions {
         }
         super::refine::check(&self.refine)?;
         self.check_kept()?;
+        self.check_symmetric()?;
         if !self.refine.is_empty() && matches!(self.sizing, Sizing::Deviation(_)) {
             let problem = "`refine` sets edge lengths, and so does a maximum deviation";
             return Err(Error::option("refine", problem, "remove one of them"));

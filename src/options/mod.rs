@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::ops::RangeInclusive;
 
 pub use all_at_once::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Projection, Seeding};
-pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing};
+pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing, Symmetry};
 pub use refine::{Refinement, Region};
 pub use target_count::{Length, Size};
 
@@ -94,6 +94,9 @@ pub struct Options {
     pub accuracy: f64,
     /// Which parts of [`crate::Remeshed::correspondence`] (places on the input) to compute.
     pub correspondence: CorrespondenceRequest,
+    /// Whether to compute [`crate::Remeshed::cells`]: the tangent faces of [`Method::AllAtOnce`], or exact
+    /// cells with methods that have none.
+    pub cells: bool,
     /// The format in which the result will be written. Its positions are rounded as in the file
     /// ([`crate::io::rounded`]), so that the measures are those of the file; a warning says if 32-bit numbers
     /// are too coarse. `None` keeps 64-bit numbers.
@@ -139,6 +142,7 @@ impl Options {
             measures: MeasureDepth::Full,
             accuracy: DEFAULT_ACCURACY,
             correspondence: CorrespondenceRequest::NONE,
+            cells: false,
             format: None,
             coarse_to_fine: CoarseToFineOptions::default(),
             all_at_once: AllAtOnceOptions::default(),
@@ -219,6 +223,29 @@ impl Options {
         self.method == Method::AllAtOnce && self.all_at_once.face == Face::Exact
     }
 
+    /// Whether faces in tangent planes may be weighted by edge lengths. Sites that are projected onto planes
+    /// are on no triangle, which would have a length.
+    pub(crate) fn has_weights(&self) -> bool {
+        let AllAtOnceOptions { face, projection, .. } = self.all_at_once;
+        self.method == Method::AllAtOnce && face == Face::Tangent && projection != Projection::Plane
+    }
+
+    /// Whether they are, since lengths vary.
+    pub(crate) fn is_weighted(&self) -> bool {
+        let sizing = &self.coarse_to_fine.sizing;
+        self.has_weights() && matches!(sizing, Sizing::Curvature { .. } | Sizing::Given(_))
+    }
+
+    /// The defaults of the other method, with the edge lengths if this one has some.
+    fn sizes_alone(&self) -> CoarseToFineOptions {
+        let defaults = CoarseToFineOptions::default();
+        if !self.is_weighted() {
+            return defaults;
+        }
+        let CoarseToFineOptions { sizing, min_edge, max_edge, growth, .. } = self.coarse_to_fine.clone();
+        CoarseToFineOptions { sizing, min_edge, max_edge, growth, ..defaults }
+    }
+
     /// Checks every range, and that the settings go together. [`Options::weld`] and
     /// [`Options::min_component`] are checked by [`repair_with`](crate::mesh::repair::repair_with).
     ///
@@ -246,6 +273,10 @@ impl Options {
         check_range("iterations", self.iterations, 0..=MAX_ITERATIONS)?;
         self.coarse_to_fine.check_ranges()?;
         self.all_at_once.check_ranges()?;
+        if self.coarse_to_fine.symmetric.is_some() && self.faces.is_some() {
+            let problem = "`symmetric` does not go together with `faces`";
+            return Err(Error::option("symmetric", problem, "ask for a number of vertices"));
+        }
         if self.coarse_to_fine.keep_boundary && self.smooth_boundary > 0.0 {
             let problem = "`keep_boundary` keeps what `smooth_boundary` moves";
             return Err(Error::option("keep_boundary", problem, "remove one of them"));
@@ -264,7 +295,7 @@ impl Options {
             Method::CoarseToFine if self.all_at_once != AllAtOnceOptions::default() => {
                 foreign("all_at_once", "Method::AllAtOnce")
             }
-            Method::AllAtOnce if self.coarse_to_fine != CoarseToFineOptions::default() => {
+            Method::AllAtOnce if self.coarse_to_fine != self.sizes_alone() => {
                 foreign("coarse_to_fine", "Method::CoarseToFine")
             }
             Method::AllAtOnce if self.shortage == Shortage::AddVertices => {

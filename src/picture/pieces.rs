@@ -5,6 +5,7 @@ use super::colours::Colour;
 use super::paint::SAMPLES;
 use crate::TriMesh;
 use glam::DVec3;
+use std::collections::HashSet;
 
 /// One of the meshes that a picture shows next to each other.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +18,8 @@ pub struct Panel<'a> {
     pub lines: &'a [[DVec3; 2]],
     /// Draws the vertices as discs instead of triangles; `None` draws triangles.
     pub discs: Option<Discs<'a>>,
+    /// Draws only edges that a single triangle has, such as the outlines of cells.
+    pub outlines: bool,
 }
 
 /// Discs at the vertices of a mesh.
@@ -75,6 +78,11 @@ pub(super) fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
         return pieces;
     }
     let seen: Vec<Projected> = panel.mesh.vertices.iter().map(|v| camera.project(*v)).collect();
+    let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
+    let inside: HashSet<(u32, u32)> = match panel.outlines {
+        true => panel.mesh.triangles.iter().flat_map(|triangle| sides(*triangle)).collect(),
+        false => HashSet::new(),
+    };
     let mut pieces = Vec::with_capacity(panel.mesh.triangles.len());
     for (t, triangle) in panel.mesh.triangles.iter().enumerate() {
         let normal = camera.direction(panel.mesh.doubled_normal(t).normalize_or_zero());
@@ -88,7 +96,8 @@ pub(super) fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
         let colour = shaded(base, if is_front { normal } else { -normal });
         let whole =
             Piece { corners: [[0.0; 2]; 3], depth: 0.0, colour, edges: [true; 3], shape: Shape::Face };
-        divide(corners, [true; 3], MOST_HALVINGS, camera, &mut |corners, edges| {
+        let edges = sides(*triangle).map(|(a, b)| !inside.contains(&(b, a)));
+        divide(corners, edges, MOST_HALVINGS, camera, &mut |corners, edges| {
             let depth = corners.iter().map(|c| c.depth).sum::<f64>() / 3.0;
             pieces.push(Piece { corners: corners.map(on_canvas), depth, edges, ..whole });
         });
@@ -203,8 +212,13 @@ mod tests {
     #[test]
     fn a_large_zoom_makes_no_more_pieces_than_the_panel_has_room_for() {
         let mesh = sample("box").unwrap();
-        let panel =
-            Panel { mesh: &mesh, colours: &[], lines: &[[DVec3::ZERO, DVec3::splat(1e3)]], discs: None };
+        let panel = Panel {
+            mesh: &mesh,
+            colours: &[],
+            lines: &[[DVec3::ZERO, DVec3::splat(1e3)]],
+            discs: None,
+            outlines: false,
+        };
         let count = |zoom: f64| {
             let view = View { zoom, ..View::default() };
             pieces(&panel, &Camera::around(&mesh, &view, [720, 540]).unwrap()).len()

@@ -116,11 +116,16 @@ fn most_sites(
     Ok(enough as u64)
 }
 
+/// The longest edge allowed where edge lengths vary, in spacings.
+const SHORTER: f64 = 0.5;
+
 /// The longest edge allowed, in the mesh's units, where sites search for nearby vertices; `None` if they do
 /// not.
 pub(crate) fn longest_edge(mesh: &TriMesh, options: &Options, vertices: usize) -> Result<Option<f64>> {
     let searches_vertices = options.method == Method::AllAtOnce && options.all_at_once.looks_for_vertices();
-    searches_vertices.then(|| spacing_of(mesh, vertices)).transpose()
+    // Some sites are closer together than the spacing where edge lengths vary.
+    let share = if options.is_weighted() { SHORTER } else { 1.0 };
+    searches_vertices.then(|| Ok(share * spacing_of(mesh, vertices)?)).transpose()
 }
 
 /// Estimated numbers of vertices and triangles of this input on the device.

@@ -1,6 +1,7 @@
 //! A run: prepare the input, remesh it by one of the pipelines, measure the result.
 
 mod all_at_once;
+mod cells;
 mod clock;
 mod coarse_to_fine;
 mod cost;
@@ -27,12 +28,14 @@ mod shape_warnings;
 mod sides;
 mod small_angles;
 mod submission;
+mod symmetric;
 mod user_curves;
 mod warning;
 
 use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::repair::Repaired;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
 use crate::options::{Length, Options, Sizing};
@@ -40,6 +43,7 @@ use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
+use cells::cells_of;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
 use coarse_to_fine::surface_model::SurfaceModel;
@@ -53,6 +57,7 @@ use prepare::Prepared;
 use rounding::Rounding;
 use shape_warnings::Shapes;
 use std::time::Instant;
+use symmetric::remesh_symmetric;
 use user_curves::may_give_up_fixed;
 use warning::Warning;
 
@@ -105,6 +110,9 @@ pub fn remesh_repaired<F: Into<Flow>>(
     options.validate()?;
     let options = &with_vertices(mesh, repaired.as_ref(), options)?;
     let mut callback = |now| progress(now).into();
+    if let Some(symmetry) = options.coarse_to_fine.symmetric {
+        return remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback);
+    }
     run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
 
@@ -148,9 +156,8 @@ fn finish(
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.end_phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
-    let correspondence =
-        progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
-    correspondence.iter().for_each(|_| clock.end_phase("source"));
+    let places = progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
+    places.iter().for_each(|_| clock.end_phase("source"));
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
@@ -161,13 +168,13 @@ fn finish(
         input_intersections: input_intersections.count().filter(|_| small.is_empty()),
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
+    let cells = progress.during(|p| cells_of(&mut outcome, (&result, &repaired.mesh), &frame, options, p))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
     clock.end_phase("measure");
     progress.done(1.0)?;
     let (deviation, diagonal) = (course.summary(measured.output.distances), frame.scale);
     let spacing = diagonal * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
-    let shapes = Shapes { options, input: before, result: after, spacing, diagonal };
     let warnings = warnings(&WarningInput {
         expected_vertices: outcome.vertices + elsewhere,
         counts: &outcome.counts,
@@ -180,7 +187,7 @@ fn finish(
         missed_regions: &plan.refined.missed,
         pinned,
         deviation,
-        shapes,
+        shapes: Shapes { options, input: before, result: after, spacing, diagonal },
     });
     let simplified = outcome.simplified_components + small.len();
     let (crossing, smallest) = (measured.input_intersections, measured.output.quality.min_angle);
@@ -206,12 +213,13 @@ fn finish(
         disks: outcome.disks.map(|disks| disks.scaled(frame.scale)),
         energy: measured.energy,
         features: outcome.features,
+        cells: cells.as_ref().map(|cells| cells.summary(repaired.mesh.area())),
         small_angles: SmallAngleSummary::new(&result, smallest, outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),
     };
-    Ok(Remeshed { mesh: result, correspondence, summary })
+    Ok(Remeshed { mesh: result, correspondence: places, cells, summary })
 }
 
 /// The warnings of a surface's features in an outcome; `elsewhere` more vertices are on other components.
@@ -339,7 +347,8 @@ fn make(
     clock.end_phase("prepare");
     let model = prepared.model.take();
     let (context, small_vertices) = (prepared.context(device, options, deviation), prepared.small_vertices());
-    let outcome = attempt(Attempts { context, small_vertices, attempts_before }, model, progress, clock)?;
+    let attempts = Attempts { context, small_vertices, attempts_before };
+    let outcome = attempt(attempts, model, &prepared.sizes, progress, clock)?;
     Ok(Made { prepared, outcome })
 }
 
@@ -357,13 +366,14 @@ fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result
 fn attempt(
     attempts: Attempts,
     model: Option<SurfaceModel>,
+    sizes: &SizeField,
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Outcome> {
     let context = attempts.context;
     let (method, vertices) = (context.options.method, context.plan.vertices);
     let outcome = match model {
-        None => AllAtOnce { context }.run(progress, clock)?,
+        None => AllAtOnce { context, sizes }.run(progress, clock)?,
         Some(model) => std::thread::scope(|scope| {
             let later = scope.spawn(|| compile_later(context.device, method, vertices));
             let outcome = attempts.run(model, progress, clock);

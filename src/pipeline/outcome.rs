@@ -32,6 +32,8 @@ pub(crate) struct Outcome {
     pub simplified_components: usize,
     /// The smallest and the largest edge length in the size field; `None` if all are equal.
     pub edge_lengths: Option<[f64; 2]>,
+    /// The faces of the vertices in tangent planes, if the method has some and they were asked for.
+    pub tangent_faces: Option<Vec<Vec<DVec3>>>,
     /// With exact faces.
     pub exact: Option<ExactSummary>,
     /// Of Poisson disks that were not moved.

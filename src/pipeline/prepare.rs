@@ -1,6 +1,7 @@
 //! Preparation of the input: repaired, divided into small and large components, and uploaded.
 
 use super::RunInput;
+use super::all_at_once::sizes::{halve_values, sizes};
 use super::coarse_to_fine::device_polish;
 use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::surface_model::{ModelRequest, SurfaceModel};
@@ -19,14 +20,16 @@ use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, SurfaceSearch};
 use crate::mesh::repair::{Repaired, cracks, repair_with};
+use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
-use crate::mesh::subdivide::halve_long_edges;
+use crate::mesh::subdivide::{Halved, halve_edges};
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface::Surface;
 use crate::{Error, ProgressToken, Result, TriMesh};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
@@ -49,6 +52,8 @@ pub(crate) struct Prepared {
     pub surface: Surface,
     /// For [`Method::CoarseToFine`] only.
     pub model: Option<SurfaceModel>,
+    /// Edge lengths over the surface, for [`Method::AllAtOnce`]; the model has those of the other.
+    pub sizes: SizeField,
     /// For the large components.
     pub plan: Plan,
     pub input_intersections: InputIntersections,
@@ -67,6 +72,9 @@ impl Prepared {
         // Curves are not known yet.
         check_memory(device, &repaired.mesh, options, plan.vertices, false)?;
         let subdivided = subdivide(&repaired.mesh, options, plan.vertices, progress)?;
+        if let Some(halved) = &subdivided {
+            halve_values(&mut plan.sizing, halved);
+        }
         progress.poll()?;
         let division = divide(&repaired.mesh, &frame, options, &plan, progress);
         let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
@@ -87,12 +95,27 @@ impl Prepared {
             let topology = topology(&mesh);
             (mesh, topology)
         });
-        let on = large.as_ref().map(|(mesh, _)| mesh).or(subdivided.as_ref()).unwrap_or(&repaired.mesh);
+        let on = large
+            .as_ref()
+            .map(|(mesh, _)| mesh)
+            .or(subdivided.as_ref().map(|halved| &halved.mesh))
+            .unwrap_or(&repaired.mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(on, &frame));
         progress.poll()?;
+        let sizes = sizes(&surface, on, &plan, options, frame.scale)?;
         let input_intersections = InputIntersections::default();
-        let mut prepared =
-            Self { repaired, frame, input, small, large, surface, model: None, plan, input_intersections };
+        let mut prepared = Self {
+            repaired,
+            frame,
+            input,
+            small,
+            large,
+            surface,
+            model: None,
+            sizes,
+            plan,
+            input_intersections,
+        };
         if options.method == Method::CoarseToFine {
             let context = prepared.context(device, options, None);
             let model = SurfaceModel::new(&context, &ModelRequest::of(context.plan), progress)?;
@@ -152,9 +175,10 @@ fn subdivide(
     options: &Options,
     vertices: usize,
     progress: &ProgressToken,
-) -> Result<Option<TriMesh>> {
+) -> Result<Option<Halved>> {
     let Some(length) = longest_edge(mesh, options, vertices)? else { return Ok(None) };
-    halve_long_edges(mesh, length, mesh.triangles.len() + MOST_HALVED * vertices, progress)
+    let most = mesh.triangles.len() + MOST_HALVED * vertices;
+    halve_edges(mesh, (length, DVec3::distance), most, progress)
 }
 
 /// The mesh repaired as the options say, or `repaired` if it is given.

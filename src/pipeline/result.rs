@@ -3,6 +3,7 @@
 use crate::TriMesh;
 use crate::gpu::StageTime;
 use crate::measure::Measures;
+use crate::mesh::cell_mesh::{CellMesh, CellSummary};
 use crate::mesh::correspondence::Correspondence;
 use crate::mesh::features::{CurveKind, Discarded, Features};
 use crate::mesh::repair::RepairCounts;
@@ -23,6 +24,8 @@ pub struct Remeshed {
     /// Where its vertices and faces lie on the input as it was given, if [`crate::Options::correspondence`]
     /// asks for it.
     pub correspondence: Option<Correspondence>,
+    /// The cells of its vertices, if [`crate::Options::cells`] asks for them.
+    pub cells: Option<CellMesh>,
     /// Figures of the run.
     pub summary: Summary,
 }
@@ -75,6 +78,8 @@ pub struct Summary {
     pub energy: Option<Energy>,
     /// Features that were kept; only with [`crate::Method::CoarseToFine`].
     pub features: Option<FeatureSummary>,
+    /// The cells of the vertices, if they were asked for.
+    pub cells: Option<CellSummary>,
     /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
     pub small_angles: Option<super::SmallAngleSummary>,
     /// Where edges are shorter than elsewhere, with [`crate::Sizing::Automatic`]; `None` if nowhere.

@@ -4,6 +4,7 @@ use crate::cloud::{DistanceStatistics, PointDistances};
 use crate::gpu::DeviceInfo;
 use crate::grammar::counted;
 use crate::measure::Measures;
+use crate::mesh::cell_mesh::CellKind;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
 use crate::mesh::features::Discarded;
 use crate::pipeline::{ShorterEdges, Summary};
@@ -99,6 +100,15 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         rows.push(("vertices on curves", found.curve_sites.to_string()));
     }
     rows.extend(s.features.iter().flat_map(|found| discarded_rows(&found.discarded)));
+    if let Some(found) = s.cells {
+        let kind = match found.kind {
+            CellKind::Tangent => "tangent faces",
+            CellKind::Exact => "exact cells",
+        };
+        let polygons = counted(found.polygons, ["polygon", "polygons"]);
+        let text = format!("{} in {polygons}, {:.6} % of the area", found.cells, 100.0 * found.area);
+        rows.push((kind, text));
+    }
     if let Some(found) = s.deviation {
         let reached = if found.is_reached { "reached" } else { "not reached" };
         rows.push((

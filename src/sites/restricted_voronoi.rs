@@ -1,13 +1,14 @@
 //! The restricted Voronoi diagram of sites on a mesh, with all components of each cell, in f64 on the host.
 
-use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::triangle::area;
 use crate::mesh::unit_frame::UnitFrame;
+use crate::{ProgressToken, Result};
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::AddAssign;
 
 /// Triangles that one thread takes in a row.
@@ -78,6 +79,57 @@ impl<'a> RestrictedVoronoi<'a> {
         cells
     }
 
+    /// What each site's cell has of the triangles of a mesh: convex polygons, one for each triangle, in the
+    /// order of the triangles. They are the same for every number of threads. Panics if an index of `mesh` is
+    /// out of range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub(crate) fn polygons(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<Vec<Vec<DVec3>>>> {
+        let of_chunk = |(chunk, triangles): (usize, &[[u32; 3]])| {
+            let mut scratch = Scratch::default();
+            let first = chunk * CHUNK;
+            let of_triangle = |t| self.polygons_of(mesh.corners(t), &mut scratch);
+            match progress.is_cancelled() {
+                true => Vec::new(),
+                false => (first..first + triangles.len()).flat_map(of_triangle).collect::<Vec<_>>(),
+            }
+        };
+        let parts: Vec<_> = mesh.triangles.par_chunks(CHUNK).enumerate().map(of_chunk).collect();
+        progress.poll()?;
+        let mut cells = vec![Vec::new(); self.sites.len()];
+        parts.into_iter().flatten().for_each(|(site, polygon)| cells[site as usize].push(polygon));
+        Ok(cells)
+    }
+
+    /// The polygons of one triangle, each with its site. Halves of it tell which sites bound each other.
+    fn polygons_of(&self, corners: [DVec3; 3], scratch: &mut Scratch) -> Vec<(u32, Vec<DVec3>)> {
+        let mut rivals: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+        let mut halves = vec![(corners, MOST_HALVINGS)];
+        while let Some((half, halvings)) = halves.pop() {
+            if !self.find_near(half, halvings, scratch) {
+                halves.extend(bisect(half).map(|half| (half, halvings - 1)));
+                continue;
+            }
+            for own in 0..scratch.parts.len() {
+                if self.part(half, own, scratch).area > 0.0 {
+                    let near = scratch.parts.iter().map(|(site, _)| *site);
+                    rivals.entry(scratch.parts[own].0).or_default().extend(near);
+                }
+            }
+        }
+        let mut polygons = Vec::new();
+        for (site, near) in rivals {
+            scratch.parts = near.into_iter().map(|other| (other, [0.0; 3])).collect();
+            let own = scratch.parts.iter().position(|(other, _)| *other == site);
+            if own.is_some_and(|own| self.part(corners, own, scratch).area > 0.0) {
+                let at = self.sites[site as usize];
+                polygons.push((site, scratch.polygon.iter().map(|p| *p + at).collect()));
+            }
+        }
+        polygons
+    }
+
     /// The parts of triangles, each with its site.
     fn parts(&self, triangles: &[[DVec3; 3]]) -> Vec<(u32, CellMoments)> {
         let mut scratch = Scratch::default();
@@ -95,28 +147,38 @@ impl<'a> RestrictedVoronoi<'a> {
         scratch: &mut Scratch,
         result: &mut Vec<(u32, CellMoments)>,
     ) {
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
-        let Some(nearest) = self.tree.nearest(middle) else { return };
-        // No site farther away than that is the nearest at any point of the triangle.
-        let far = self.sites[nearest as usize].distance(middle);
-        let reach = LENIENT * (far + 2.0 * radius);
-        let halves_help = halvings > 0 && radius > SMALL * far;
-        let most = if halves_help { FEW } else { self.sites.len() };
-        if !self.tree.within(middle, reach, most, &mut scratch.near) {
+        if !self.find_near(corners, halvings, scratch) {
             for half in bisect(corners) {
                 self.add_parts(half, halvings - 1, scratch, result);
             }
             return;
         }
-        scratch.near.sort_unstable();
-        self.drop_dominated(corners, scratch);
         for own in 0..scratch.parts.len() {
             let moments = self.part(corners, own, scratch);
             if moments.area > 0.0 {
                 result.push((scratch.parts[own].0, moments));
             }
         }
+    }
+
+    /// Fills `parts` with the sites that may have a part of a triangle; false if they are so many that it is
+    /// to be halved first, which may be done this many times.
+    fn find_near(&self, corners: [DVec3; 3], halvings: u32, scratch: &mut Scratch) -> bool {
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        scratch.parts.clear();
+        let Some(nearest) = self.tree.nearest(middle) else { return true };
+        // No site farther away than that is the nearest at any point of the triangle.
+        let far = self.sites[nearest as usize].distance(middle);
+        let reach = LENIENT * (far + 2.0 * radius);
+        let halves_help = halvings > 0 && radius > SMALL * far;
+        let most = if halves_help { FEW } else { self.sites.len() };
+        if !self.tree.within(middle, reach, most, &mut scratch.near) {
+            return false;
+        }
+        scratch.near.sort_unstable();
+        self.drop_dominated(corners, scratch);
+        true
     }
 
     /// Fills `parts` with the near sites, without those that another one is nearer than at all corners.

@@ -9,15 +9,16 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// `count` points, uniform over the surface's area, in Morton order; the same for the same seed on every
-/// machine.
-pub fn random(surface: &Surface, count: usize, seed: u64) -> SitesOnSurface {
+/// machine. Where `sizes` has short edges, area counts for more.
+pub fn random(surface: &Surface, sizes: &SizeField, count: usize, seed: u64) -> SitesOnSurface {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut sum = 0.0;
     let cumulative: Vec<f64> = surface
         .areas
         .iter()
-        .map(|a| {
-            sum += a;
+        .enumerate()
+        .map(|(t, area)| {
+            sum += area * sizes.density(t);
             sum
         })
         .collect();

@@ -4,7 +4,7 @@
 use super::face::planar::PlanarInputs;
 use super::site_layout::SiteLayout;
 use crate::Result;
-use crate::gpu::kernels::sizing::{drift, lengths};
+use crate::gpu::kernels::sizing::{attach, drift, lengths};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::mesh::sizing::SizeField;
 use glam::Vec4;
@@ -30,6 +30,45 @@ impl DeviceSizes {
             field.slopes().iter().map(|slope| Vec4::from_array(slope.map(|x| x as f32))).collect();
         let slopes = Buffer::from_slice(device, "surface.sizes", &slopes)?;
         Ok(Some(Self { slopes, range: field.range() }))
+    }
+}
+
+/// Lengths as the fourth components of sites that all exist from the start.
+pub struct AttachedLengths {
+    attach: Pipeline<attach::Shader>,
+    sizes: DeviceSizes,
+}
+
+impl AttachedLengths {
+    /// With these lengths.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`].
+    pub fn new(device: &Device, sizes: DeviceSizes, workgroup: Option<u32>) -> Result<Self> {
+        let default = attach::Constants::default();
+        let constants = attach::Constants { workgroup: workgroup.unwrap_or(default.workgroup) };
+        Ok(Self { attach: Pipeline::new(device, constants)?, sizes })
+    }
+
+    /// Records finding the lengths at `sites`, each on its triangle of the surface.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        sites: &Buffer<Vec4>,
+        site_triangle: &Buffer<u32>,
+    ) -> Result<()> {
+        let DeviceSizes { slopes, range: [least, largest] } = &self.sizes;
+        let push = attach::Push {
+            site_count: sites.len() as u32,
+            triangle_count: slopes.len() as u32,
+            least: *least as f32,
+            largest: *largest as f32,
+        };
+        let bindings = attach::Bindings { site_triangle, slopes, sites };
+        recorder.dispatch(&self.attach, Threads(sites.len()), &push, &bindings)
     }
 }
 

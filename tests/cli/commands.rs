@@ -94,6 +94,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
         "measures": "full", "accuracy": 0.01, "format": "ply",
         "faces": null,
         "correspondence": {"vertices": false, "faces": false},
+        "cells": false,
         "all_at_once": {
             "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",
             "neighbours": "brute", "k_normal": 12, "k_clip": 24, "k_project": 8, "centroid": "area",

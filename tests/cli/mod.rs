@@ -2,11 +2,13 @@
 
 pub mod attributes;
 pub mod batch;
+pub mod cells;
 pub mod commands;
 #[cfg(target_os = "linux")]
 pub mod drivers;
 pub mod errors;
 pub mod files;
+pub mod follow;
 pub mod html;
 pub mod inspect;
 pub mod kept;

@@ -2,8 +2,19 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 10] =
-    ["remesh", "batch", "measure", "inspect", "render", "presets", "sample", "devices", "completions", "man"];
+const COMMANDS: [&str; 11] = [
+    "remesh",
+    "batch",
+    "follow",
+    "measure",
+    "inspect",
+    "render",
+    "presets",
+    "sample",
+    "devices",
+    "completions",
+    "man",
+];
 
 #[test]
 fn shells_complete_every_command_and_its_options() {

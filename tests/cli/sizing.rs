@@ -133,7 +133,7 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --min-edge 1%", "--min-edge needs"),
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
         ("in.ply out.ply --sizing curvature --min-edge 90%", "is incompatible with"),
-        ("in.ply out.ply --sizing curvature --preset rtf", "--preset default"),
+        ("in.ply out.ply --sizing curvature --preset rpf", "--preset default"),
         ("in.ply out.ply --max-deviation 1% --sizing curvature", "cannot be used with"),
         ("in.ply out.ply --max-deviation 0", "out of range"),
         ("in.ply out.ply --max-deviation 1% --preset rtf", "--preset default"),

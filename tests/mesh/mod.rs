@@ -5,6 +5,7 @@ pub mod correspondence;
 pub mod cracks;
 pub mod distance;
 pub mod features;
+pub mod follow;
 pub mod hausdorff;
 pub mod intersections;
 pub mod level_set;

@@ -18,3 +18,4 @@ pub mod rounding;
 pub mod shortage;
 pub mod shorter;
 pub mod sizing;
+pub mod symmetric;

@@ -4,6 +4,7 @@ use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
+use rtfmesh::options::Centroid;
 use rtfmesh::{Error, Length, Options, Refinement, Region, Remeshed, Sizing, TriMesh, preview, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
@@ -215,4 +216,24 @@ fn what_cannot_be_is_refused() {
         assert!(matches!(error, Error::Usage { .. } | Error::Input { .. }), "{error:?}");
         assert!(error.to_string().contains(words), "{error}");
     }
+}
+
+#[test]
+fn weighted_tangent_faces_follow_lengths_from_one_to_four() {
+    let mesh = sample("sphere").unwrap();
+    let wished = |p: DVec3| 2.5 + 1.5 * p.z / mesh.vertices[0].length();
+    let given: Vec<f64> = mesh.vertices.iter().map(|p| wished(*p)).collect();
+    let options = Options::rtf(1000).iterations(60).centroid(Centroid::Area).growth(1.0);
+    let result = run(&mesh, &options.sizing(Sizing::Given(given)));
+    let (lengths, wishes): (Vec<f64>, Vec<f64>) =
+        edges(&result.mesh).into_iter().map(|(middle, length)| (length, wished(middle))).unzip();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let (l, w) = (mean(&lengths), mean(&wishes));
+    let product = |a: &[f64], m: f64, b: &[f64], n: f64| -> f64 {
+        a.iter().zip(b).map(|(a, b)| (a - m) * (b - n)).sum()
+    };
+    let both = product(&lengths, l, &wishes, w);
+    let correlation = both / (product(&lengths, l, &lengths, l) * product(&wishes, w, &wishes, w)).sqrt();
+    assert!(correlation > 0.95, "{correlation}");
+    assert!(result.summary.output.quality.mean_quality > 0.87, "{:?}", result.summary.output.quality);
 }

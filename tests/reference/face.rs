@@ -55,6 +55,26 @@ pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> 
     face
 }
 
+/// Like [`face`], of a power diagram: a site with edge length h, relative to `spacing`, weighs `share` times
+/// the square of h. A bisector is at least a twentieth of the distance between its sites away from either.
+pub fn weighted_face(
+    (sites, lengths): (&[DVec3], &[f64]),
+    site: usize,
+    (u, v): (DVec3, DVec3),
+    (share, spacing, box_half): (f64, f64, f64),
+) -> Face {
+    let at = sites[site];
+    let mut face = face(&[at], 0, u, v, box_half * spacing * lengths[site]);
+    let weight = |j: usize| share * (spacing * lengths[j]).powi(2);
+    for j in (0..sites.len()).filter(|j| *j != site) {
+        let d = sites[j] - at;
+        let middle = 0.5 * (d.length_squared() + weight(site) - weight(j)) / d.length_squared();
+        let limit = middle.clamp(0.05, 0.95) * d.length_squared();
+        face.clip(DVec2::new(d.dot(u), d.dot(v)), limit, Some(j as u32));
+    }
+    face
+}
+
 impl Face {
     /// Keeps the part where `d · x <= limit`; the new edge has `label` behind it.
     pub fn clip(&mut self, d: DVec2, limit: f64, label: Option<u32>) {

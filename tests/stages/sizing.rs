@@ -16,7 +16,7 @@ use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::site_layout::SiteLayout;
-use rtfmesh::stages::sizing::{DeviceSizes, Sizing};
+use rtfmesh::stages::sizing::{AttachedLengths, DeviceSizes, Sizing};
 
 #[test]
 fn lengths_are_those_of_the_triangle_under_each_site() {
@@ -49,6 +49,18 @@ fn lengths_are_those_of_the_triangle_under_each_site() {
         for (i, got) in stage.lengths.to_vec(device()).unwrap().iter().enumerate() {
             let want = field.at(points[i], under[i]);
             assert!((f64::from(*got) - want).abs() < 1e-4, "{n} sites: site {i}: {got} instead of {want}");
+        }
+        let sites = Buffer::from_slice(device(), "test.sites", &vec4(&points)).unwrap();
+        let sizes = DeviceSizes::new(device(), &field).unwrap().unwrap();
+        let attached = AttachedLengths::new(device(), sizes, workgroup).unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
+        attached.record(&mut recorder, &sites, &site_triangle).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        for (i, got) in sites.to_vec(device()).unwrap().iter().enumerate().take(n) {
+            let want = field.at(points[i], under[i]);
+            assert!((f64::from(got.w) - want).abs() < 1e-4, "{n} sites: site {i}: {got} instead of {want}");
+            assert_eq!(got.truncate().as_dvec3(), points[i], "site {i} stays");
         }
     }
 }

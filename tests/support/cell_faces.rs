@@ -19,10 +19,22 @@ pub struct DeviceFaces {
 }
 
 pub fn device_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> DeviceFaces {
+    let uploaded: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+    device_faces_of(&uploaded, sites, normals, options)
+}
+
+/// Of sites that are uploaded with fourth components.
+pub fn device_faces_of(
+    uploaded: &[Vec4],
+    sites: &[DVec3],
+    normals: &[DVec3],
+    options: &CellOptions,
+) -> DeviceFaces {
     let device = device();
     let (n, k) = (sites.len(), options.k as usize);
     let neighbours = slots(&nearest(sites, sites, k, true), k);
-    let (sites, normals) = (upload("test.sites", sites), upload("test.normals", normals));
+    let normals = upload("test.normals", normals);
+    let sites = Buffer::from_slice(device, "test.sites", uploaded).unwrap();
     let neighbours = Buffer::from_slice(device, "test.neighbours", &neighbours).unwrap();
     let flags = Buffer::from_slice(device, "test.flags", &vec![0_u32; n]).unwrap();
     let bounds = TileBounds::new(device, "test.bounds", n).unwrap();

@@ -1,6 +1,6 @@
 //! `rtfmesh batch`.
 
-mod inputs;
+pub(super) mod inputs;
 mod log;
 mod table;
 mod workers;
@@ -197,7 +197,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// Makes a folder with those that it is in.
-fn make_folder(folder: &Path) -> rtfmesh::Result<()> {
+pub(super) fn make_folder(folder: &Path) -> rtfmesh::Result<()> {
     std::fs::create_dir_all(folder).map_err(|error| {
         let problem = format!("the folder cannot be created ({error})");
         Error::output(folder, problem, "choose another folder for --out").caused_by(error)

@@ -5,6 +5,7 @@ mod exact;
 mod lbfgs;
 mod projection;
 mod rtf;
+pub(crate) mod sizes;
 mod unused;
 
 use super::clock::Clock;
@@ -26,6 +27,8 @@ use rtf::PlaneFacesRun;
 /// A run with all sites from the start.
 pub(crate) struct AllAtOnce<'a> {
     pub context: RunContext<'a>,
+    /// Edge lengths over the surface.
+    pub sizes: &'a SizeField,
 }
 
 impl AllAtOnce<'_> {
@@ -51,12 +54,12 @@ impl AllAtOnce<'_> {
             Ok(())
         };
         let outcome = if options.has_plane_faces() {
-            let run = PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
+            let run = PlaneFacesRun::new(device, options, surface, &seeds, (spacing, self.sizes))?;
             clock.end_phase("compile");
             begin(progress)?;
             let steps = run.iterate(device, options, progress)?;
             clock.end_phase("iterate");
-            Outcome { steps, ..run.connect(device, surface, input, progress)? }
+            Outcome { steps, ..run.connect(device, (surface, self.sizes), input, progress)? }
         } else if options.iterations > 0 {
             let mut run = ExactRun::new(device, options, surface, &seeds, spacing)?;
             clock.end_phase("compile");
@@ -72,6 +75,9 @@ impl AllAtOnce<'_> {
         let disks = disks.filter(|_| options.iterations == 0);
         clock.end_phase("connect");
         progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
+        let is_sized = !self.sizes.is_uniform();
+        let edge_lengths = is_sized.then(|| self.sizes.range().map(|length| length * spacing));
+        let outcome = Outcome { edge_lengths, ..outcome };
         let outcome = self.with_fault(Outcome { disks, vertices, attempts: 1, ..outcome }, progress)?;
         clock.end_phase("check");
         Ok(outcome)
@@ -80,7 +86,7 @@ impl AllAtOnce<'_> {
     /// The outcome with its fault, found as the default pipeline finds it.
     fn with_fault(&self, mut outcome: Outcome, progress: &mut ProgressReporter) -> Result<Outcome> {
         let RunContext { frame, input, options, .. } = self.context;
-        let checks = Fallback { context: self.context, sizes: &SizeField::default() };
+        let checks = Fallback { context: self.context, sizes: self.sizes };
         if outcome.fault.is_none() {
             let mesh = std::mem::take(&mut outcome.mesh);
             outcome = progress.during(|progress| checks.checked(mesh, outcome, progress))?;
@@ -97,8 +103,8 @@ impl AllAtOnce<'_> {
     fn seeds(&self, progress: &mut ProgressReporter) -> Result<(SitesOnSurface, Option<DiskSummary>)> {
         let RunContext { surface, options: Options { vertices, seed, .. }, .. } = self.context;
         Ok(match self.context.options.all_at_once.seeding {
-            Seeding::Random => (seed::random(surface, *vertices, *seed), None),
-            Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
+            Seeding::Random => (seed::random(surface, self.sizes, *vertices, *seed), None),
+            Seeding::Stratified => (seed::stratified(surface, self.sizes, *vertices, *seed), None),
             Seeding::Poisson => {
                 let sampling = progress.during(|progress| disks(surface, *vertices, *seed, progress))?;
                 (sampling.sites, Some(sampling.summary))

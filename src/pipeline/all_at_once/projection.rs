@@ -266,6 +266,11 @@ impl SiteProjection {
         }
     }
 
+    /// The triangle of the surface that each site is on.
+    pub fn site_triangle(&self) -> &Buffer<u32> {
+        &self.site_triangle
+    }
+
     /// Unit normals of the planes, w = 0.
     pub fn normals(&self) -> &Buffer<Vec4> {
         match &self.planes {

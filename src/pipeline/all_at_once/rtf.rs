@@ -4,6 +4,7 @@
 use super::projection::SiteProjection;
 use super::unused::place_unused;
 use crate::gpu::{Buffer, Device, Recorder};
+use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use crate::options::Options;
@@ -19,17 +20,20 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface::Surface;
 use crate::stages::centroid::Centroids;
-use crate::stages::face::cell::{CellFaces, CellOptions};
+use crate::stages::face::cell::{CellFaces, CellOptions, CellWeights};
 use crate::stages::face::power::PowerOptions;
 use crate::stages::flags::FlagCounts;
 use crate::stages::neighbours::knn::{Nearest, TileBounds};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::sizing::{AttachedLengths, DeviceSizes};
 use crate::stages::step::Step;
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 
 /// Iterations between two checks of the step size.
 const ITERATIONS_PER_SUBMISSION: u32 = 5;
+/// Straight across a bend, edge lengths change faster than along the surface.
+const STEEPER: f64 = 1.5;
 
 /// The stages of one run with their buffers.
 pub(crate) struct PlaneFacesRun {
@@ -41,6 +45,10 @@ pub(crate) struct PlaneFacesRun {
     centroids: Centroids,
     step: Step,
     spacing: f64,
+    /// The edge lengths by which sites are weighted; `None` if they are equal.
+    lengths: Option<AttachedLengths>,
+    /// Whether the faces themselves are part of the outcome.
+    gives_faces: bool,
 }
 
 /// How the nearest sites are found.
@@ -80,16 +88,20 @@ impl PlaneFacesRun {
         options: &Options,
         surface: &Surface,
         seeds: &SitesOnSurface,
-        spacing: f64,
+        (spacing, sizes): (f64, &SizeField),
     ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-        let k_sites = options.all_at_once.neighbour_count();
+        let (k_sites, growth) = (options.all_at_once.neighbour_count(), options.coarse_to_fine.growth);
         let faces = if options.all_at_once.face == Face::Power {
             CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.all_at_once.offset))?
         } else {
-            CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
+            let weights = CellWeights::balanced(options.all_at_once.centroid, STEEPER * growth);
+            let weights = (!sizes.is_uniform()).then_some(weights);
+            CellFaces::new(device, n, &CellOptions { weights, ..CellOptions::paper(k_sites, spacing) })?
         };
+        let lengths = DeviceSizes::new(device, sizes)?;
+        let lengths = lengths.map(|lengths| AttachedLengths::new(device, lengths, None)).transpose()?;
         Ok(Self {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
@@ -99,6 +111,8 @@ impl PlaneFacesRun {
             centroids: Centroids::new(device, n, options.all_at_once.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
+            lengths,
+            gives_faces: options.cells,
         })
     }
 
@@ -147,6 +161,9 @@ impl PlaneFacesRun {
 
     /// Neighbours → normals → face.
     fn record_faces(&self, recorder: &mut Recorder) -> Result<()> {
+        if let Some(lengths) = &self.lengths {
+            lengths.record(recorder, &self.sites, self.projection.site_triangle())?;
+        }
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
         let neighbours = self.near_sites.neighbours()?;
@@ -161,7 +178,7 @@ impl PlaneFacesRun {
     pub fn connect(
         &self,
         device: &Device,
-        surface: &Surface,
+        (surface, sizes): (&Surface, &SizeField),
         input: &Topology,
         progress: &mut ProgressReporter,
     ) -> Result<Outcome> {
@@ -191,7 +208,7 @@ impl PlaneFacesRun {
                 places: &Place::inside(&faces.sites.triangles),
                 near: &near_sites(device, positions)?,
                 spacing: self.spacing,
-                lengths: &[],
+                lengths: &sizes.at_all(positions, &faces.sites.triangles),
             };
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
             faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
@@ -205,7 +222,8 @@ impl PlaneFacesRun {
             place_unused(&mut mesh, &surface.mesh(), &surface.normals);
         }
         let fault = Fault::topology(&mesh, input, faulty_place);
-        Ok(Outcome { mesh, fault, counts, flags: faces.flags, ..Outcome::default() })
+        let (flags, tangent_faces) = (faces.flags, self.gives_faces.then_some(faces.polygons));
+        Ok(Outcome { mesh, fault, counts, flags, tangent_faces, ..Outcome::default() })
     }
 
     /// The faces of the sites as they are now.
@@ -217,6 +235,7 @@ impl PlaneFacesRun {
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
         let flags = recorder.download(self.projection.flags())?;
+        let normals = recorder.download(self.projection.normals())?;
         let downloads = recorder.submit()?;
         let (counts, corners, fan) =
             (downloads.read(&counts)?, downloads.read(&corners)?, downloads.read(&fan)?);
@@ -229,10 +248,19 @@ impl PlaneFacesRun {
         }));
         let positions: Vec<DVec3> =
             downloads.read(&positions)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
+        let normals: Vec<Vec4> = downloads.read(&normals)?;
+        let polygon = |i: usize| {
+            let (u, v) = tangent_frame(normals[i].truncate().as_dvec3());
+            let place =
+                |slot: usize| positions[i] + u * f64::from(corners[slot].x) + v * f64::from(corners[slot].y);
+            slots(i).map(place).collect()
+        };
+        let polygons = if self.gives_faces { (0..n).map(polygon).collect() } else { Vec::new() };
         let triangles = self.projection.triangles(device, surface, &positions)?;
         Ok(SiteFaces {
             sites: SitesOnSurface { positions, triangles },
             fans,
+            polygons,
             flags: FlagCounts {
                 walk_stopped: self.projection.stopped_walks(device)?,
                 ..FlagCounts::of(&downloads.read(&flags)?)
@@ -261,5 +289,15 @@ fn on_triangles(surface: &Surface, sites: &SitesOnSurface) -> Vec<DVec3> {
 struct SiteFaces {
     sites: SitesOnSurface,
     fans: Fans,
+    /// The faces themselves.
+    polygons: Vec<Vec<DVec3>>,
     flags: FlagCounts,
+}
+
+/// The frame of `glsl/common/tangent.glsl`.
+fn tangent_frame(n: DVec3) -> (DVec3, DVec3) {
+    let s = if n.z < 0.0 { -1.0 } else { 1.0 };
+    let a = -1.0 / (s + n.z);
+    let b = n.x * n.y * a;
+    (DVec3::new(1.0 + s * n.x * n.x * a, s * b, -s * n.x), DVec3::new(b, s + n.y * n.y * a, -n.y))
 }

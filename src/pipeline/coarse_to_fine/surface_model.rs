@@ -157,7 +157,7 @@ impl SurfaceModel {
 
 /// For each vertex of the mesh its index on the surface, which has the mesh's triangles in another order, and
 /// its vertices in another.
-fn surface_vertices(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
+pub(crate) fn surface_vertices(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
     let mut on_surface = vec![0; mesh.vertices.len()];
     for (origin, triangle) in surface.origin.iter().zip(&surface.triangles) {
         for (from, to) in mesh.triangles[*origin as usize].iter().zip(triangle) {

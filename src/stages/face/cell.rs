@@ -4,6 +4,7 @@
 use crate::Result;
 use crate::gpu::kernels::face::{cell, power};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::options::Centroid;
 use crate::stages::neighbours::knn::TileBounds;
 use glam::{Vec2, Vec4};
 
@@ -40,8 +41,35 @@ pub struct CellOptions {
     pub max_planes: u32,
     /// Attempts at a cell: one by its list, one by all sites within reach, the others in thinner slabs.
     pub max_attempts: u32,
+    /// How weights move the bisectors; without them they are in the middle.
+    pub weights: Option<CellWeights>,
     /// Invocations of a workgroup; halved until its cells fit the device's shared memory.
     pub workgroup: u32,
+}
+
+/// Weights of sites that have the edge length wanted there, relative to the spacing, as fourth components.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CellWeights {
+    /// The weight of a site over its squared edge length.
+    pub share: f64,
+    /// The most that edge lengths change per unit of distance; the product with the square root of `share`
+    /// is below 1.
+    pub steepness: f64,
+}
+
+impl CellWeights {
+    /// Weights whose cells balance when the sites' distances are the edge lengths wanted.
+    ///
+    /// Where edges of length h get longer along the surface, the centroid of a cell without weights is off
+    /// its site by k h² ∇ln h, with k = 1/6 for the mean of a hexagon's corners and 5/18 for its area.
+    /// Weights k h² move all of its sides by -∇(k h²) / 2, which is just that.
+    pub fn balanced(centroid: Centroid, steepness: f64) -> Self {
+        let share = match centroid {
+            Centroid::Area => 5.0 / 18.0,
+            Centroid::Corners | Centroid::WeightedCorners => 1.0 / 6.0,
+        };
+        Self { share, steepness }
+    }
 }
 
 impl CellOptions {
@@ -55,6 +83,7 @@ impl CellOptions {
             max_triangles: c.max_triangles,
             max_planes: c.max_planes,
             max_attempts: c.max_attempts,
+            weights: None,
             workgroup: c.workgroup,
         }
     }
@@ -86,6 +115,7 @@ impl CellFaces {
             max_planes: options.max_planes,
             k: options.k,
             max_attempts: options.max_attempts,
+            weighted: options.weights.is_some().into(),
             ..Default::default()
         };
         let push = cell::Push {
@@ -93,6 +123,8 @@ impl CellFaces {
             spacing: options.spacing as f32,
             virtual_offset: options.virtual_offset,
             box_half: BOX_HALF as f32,
+            weight_share: options.weights.map_or(0.0, |weights| weights.share as f32),
+            steepness: options.weights.map_or(0.0, |weights| weights.steepness as f32),
         };
         let kernel = Kernel::Cell(Pipeline::new(device, constants)?, push);
         Self::with(device, sites, constants.max_corners, kernel)

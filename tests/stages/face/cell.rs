@@ -1,11 +1,13 @@
 //! `face/cell` against the intersection of half-planes in f64.
 
-use crate::reference::face::face;
-use crate::support::cell_faces::{DeviceFaces, device_faces};
+use crate::reference::face::{face, weighted_face};
+use crate::support::cell_faces::{DeviceFaces, device_faces, device_faces_of};
 use crate::support::polygons::{assert_same_polygon, frame};
-use crate::support::{cloud, on_sphere, rounded, spacing_on_sphere};
-use glam::DVec3;
-use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions};
+use crate::support::{cloud, on_sphere, rng, rounded, spacing_on_sphere};
+use glam::{DVec3, Vec4};
+use rand::RngExt;
+use rtfmesh::options::Centroid;
+use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions, CellWeights};
 use rtfmesh::stages::flags::FlagCounts;
 
 fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> FlagCounts {
@@ -29,6 +31,45 @@ fn sites_on_a_sphere() {
     let (sites, normals) = on_sphere(700, 1);
     let flags = assert_faces(&sites, &normals, &CellOptions::paper(32, spacing_on_sphere(700)));
     assert_eq!(flags.unbounded, 0);
+}
+
+/// Sites on a sphere, closer together around one pole, with the lengths of edges there.
+fn graded_sphere(count: usize, seed: u64) -> (Vec<DVec3>, Vec<DVec3>, Vec<f64>) {
+    let (sites, _) = on_sphere(4 * count, seed);
+    let length = |p: &DVec3| 0.4 + 1.2 * (p.normalize().z + 1.0) / 2.0;
+    let mut rng = rng(seed);
+    let mut keep = |p: &DVec3| rng.random_range(0.0..1.0) < (0.4 / length(p)).powi(2);
+    let sites: Vec<DVec3> = rounded(&sites.into_iter().filter(|p| keep(p)).take(count).collect::<Vec<_>>());
+    let normals = rounded(&sites.iter().map(|p| p.normalize()).collect::<Vec<_>>());
+    let lengths = sites.iter().map(|p| f64::from(length(p) as f32)).collect();
+    (sites, normals, lengths)
+}
+
+#[test]
+fn weights_move_the_sides_of_faces() {
+    for (count, k, workgroup) in [(1, 32, 16), (17, 32, 8), (600, 32, 16), (600, 4, 16), (601, 48, 8)] {
+        let (sites, normals, lengths) = graded_sphere(count, 5);
+        let spacing = spacing_on_sphere(count.max(30));
+        for centroid in [Centroid::Corners, Centroid::Area] {
+            // Sites at random change their lengths as fast as the sphere's radius of 0.5 has it.
+            let weights = CellWeights::balanced(centroid, 2.4 * spacing);
+            let share = weights.share;
+            let options = CellOptions { weights: Some(weights), workgroup, ..CellOptions::paper(k, spacing) };
+            let uploaded: Vec<Vec4> =
+                sites.iter().zip(&lengths).map(|(p, h)| p.as_vec3().extend(*h as f32)).collect();
+            let got = device_faces_of(&uploaded, &sites, &normals, &options);
+            let mut moved = 0;
+            for (i, normal) in normals.iter().enumerate() {
+                assert_eq!(got.flags[i] & 0b1111, 0, "site {i} has no face");
+                let frame = frame(*normal);
+                let want = weighted_face((&sites, &lengths), i, frame, (share, spacing, BOX_HALF));
+                assert_same_polygon(i, &got.corners[i], &got.fans[i], &want);
+                let plain = face(&sites, i, frame.0, frame.1, BOX_HALF * spacing);
+                moved += usize::from((plain.radius() / want.radius() - 1.0).abs() > 0.01);
+            }
+            assert!(count < 100 || moved > count / 6, "{moved} of {count}");
+        }
+    }
 }
 
 #[test]

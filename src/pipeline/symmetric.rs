@@ -1,0 +1,176 @@
+//! Symmetric results of symmetric inputs: one half is remeshed and mirrored.
+
+use super::cells::cells_of;
+use super::measuring::{MeasureRequest, Measuring, correspondence_of};
+use super::messages::remarks;
+use super::outcome::Outcome;
+use super::prepare::repaired_for;
+use super::rounding::Rounding;
+use super::{Remeshed, Summary, WarningCode, run};
+use crate::gpu::Device;
+use crate::grammar::counted;
+use crate::mesh::mirror::Mirror;
+use crate::mesh::repair::Repaired;
+use crate::mesh::spacing;
+use crate::mesh::topology::{Topology, topology};
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::{MeasureDepth, Options, Symmetry};
+use crate::progress::ProgressReporter;
+use crate::{CorrespondenceRequest, Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
+
+/// Inputs may differ from their mirror images by at most this fraction of the diagonal.
+const TOLERANCE: f64 = 1e-3;
+/// Runs with other numbers of vertices until the whole has the number asked for.
+const TRIES: u32 = 4;
+
+/// Remeshes the half of `mesh` on one side of its plane of symmetry, and mirrors the result.
+///
+/// # Errors
+/// [`Error::Input`] for an input that is not symmetric; otherwise as [`super::remesh_repaired`].
+pub(crate) fn remesh_symmetric(
+    device: &Device,
+    mesh: &TriMesh,
+    repaired: Option<Repaired>,
+    (options, symmetry): (&Options, Symmetry),
+    callback: &mut dyn FnMut(Progress) -> Flow,
+) -> Result<Remeshed> {
+    let repaired = repaired_for(mesh, repaired, options)?;
+    let (on, whole) = (&repaired.mesh, topology(&repaired.mesh));
+    let mirror = find_mirror(on, symmetry)?;
+    let (half, cut) = mirror.half(on);
+    let wanted = options.vertices;
+    // As many vertices on the plane as edges fit along it.
+    let on_plane = (cut / spacing(on.area(), wanted)).round() as usize;
+    let mut count = (wanted + on_plane).div_ceil(2).max(4);
+    let mut best: Option<(Remeshed, usize)> = None;
+    let mut tried = Vec::new();
+    for attempt in 0..TRIES {
+        // Each run gets half of the progress that is left.
+        let [from, to] = [attempt, attempt + 1].map(|k| 1.0 - 0.5_f64.powi(k as i32));
+        let mut part = |now: Progress| {
+            callback(Progress { fraction: from + (to - from) * now.fraction, attempt: 1, ..now })
+        };
+        let found =
+            run(device, &half, None, &half_options(options, count), &mut ProgressReporter::new(&mut part))?;
+        tried.push(count);
+        let is_last = found.summary.finished_early;
+        let joined = mirror.whole(found.mesh.clone());
+        check_joined(&joined, &whole, wanted)?;
+        let total = joined.vertices.len();
+        let found = Remeshed { mesh: joined, ..found };
+        let is_better = |(_, off): &(Remeshed, usize)| total.abs_diff(wanted) < *off;
+        if best.as_ref().is_none_or(is_better) {
+            best = Some((found, total.abs_diff(wanted)));
+        }
+        // Twice what is off in one half, which has the plane's vertices too.
+        let next = (count as i64 + (wanted as i64 - total as i64) / 2).max(4) as usize;
+        if is_last || tried.contains(&next) {
+            break;
+        }
+        count = next;
+    }
+    let Some((found, _)) = best else { return Err(Error::Internal("no half was remeshed".to_owned())) };
+    let mut last = |now: Progress| callback(Progress { fraction: 1.0, attempt: 1, ..now });
+    let mut progress = ProgressReporter::new(&mut last);
+    progress.phase(Phase::Measure, 1.0, 0.0)?;
+    let found = progress.during(|token| finish(mesh, &repaired, options, &whole, found, token))?;
+    progress.done(1.0)?;
+    Ok(found)
+}
+
+/// The plane that was asked for.
+fn find_mirror(mesh: &TriMesh, symmetry: Symmetry) -> Result<Mirror> {
+    let axes = match symmetry {
+        Symmetry::X => 0..1,
+        Symmetry::Y => 1..2,
+        Symmetry::Z => 2..3,
+        Symmetry::Automatic => 0..3,
+    };
+    let mirrors = axes.filter_map(|axis| Mirror::of(mesh, axis)).map(|m| (m.asymmetry(mesh), m));
+    let found = mirrors.min_by(|a, b| a.0.total_cmp(&b.0));
+    let Some((off, mirror)) = found else {
+        return Err(Error::input(None, "the mesh has no vertices", "give a mesh with vertices and faces"));
+    };
+    if off <= TOLERANCE {
+        return Ok(mirror);
+    }
+    let axis = ["x", "y", "z"][mirror.axis];
+    let problem = format!(
+        "the input is not symmetric along {axis}: its mirror image is up to {:.3} % of the diagonal away, \
+         and {} % may be",
+        100.0 * off,
+        100.0 * TOLERANCE
+    );
+    Err(Error::input(None, problem, "align it with the axes, choose another axis, or remove `symmetric`"))
+}
+
+/// The options for one half, which is repaired already and of which little is measured.
+fn half_options(options: &Options, vertices: usize) -> Options {
+    let mut half = options.clone();
+    half.vertices = vertices;
+    half.coarse_to_fine.symmetric = None;
+    (half.weld, half.min_component, half.smooth_boundary) = (0.0, 0.0, 0.0);
+    half.correspondence = CorrespondenceRequest::NONE;
+    half.measures = MeasureDepth::Basic;
+    half.format = None;
+    half.cells = false;
+    half
+}
+
+/// Fails if both halves do not make a surface like the input.
+fn check_joined(joined: &TriMesh, input: &Topology, vertices: usize) -> Result<()> {
+    let got = topology(joined);
+    let figures = |t: &Topology| (t.boundary_loops, t.nonmanifold_edges, t.inconsistent_edges);
+    if figures(&got) <= figures(input) && got.duplicate_faces == 0 {
+        return Ok(());
+    }
+    let problem = format!("both halves of a mesh of {vertices} vertices do not meet everywhere");
+    Err(Error::usage(problem, "ask for more vertices, or remove `symmetric`"))
+}
+
+/// Measures the whole.
+fn finish(
+    mesh: &TriMesh,
+    repaired: &Repaired,
+    options: &Options,
+    input: &Topology,
+    found: Remeshed,
+    progress: &ProgressToken,
+) -> Result<Remeshed> {
+    let Remeshed { mesh: mut result, mut summary, .. } = found;
+    let frame = UnitFrame::of(&repaired.mesh)?;
+    let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
+    let correspondence = correspondence_of(&result, mesh, repaired, options, None, progress)?;
+    let measuring = Measuring {
+        request: MeasureRequest::new(options),
+        result: &result,
+        reference: &repaired.mesh,
+        rounding: rounding.as_mut(),
+        intersecting_faces: None,
+        input_intersections: None,
+    };
+    let measured = measuring.measure(progress)?;
+    let (on, count) = (&repaired.mesh, result.vertices.len());
+    let cells = cells_of(&mut Outcome::default(), (&result, on), &frame, options, progress)?;
+    let crossing = measured.input_intersections;
+    let simplified = summary.collapsed_components;
+    let mut list = remarks(&repaired.counts, input, crossing, simplified, rounding.as_ref());
+    if count != options.vertices {
+        let off = counted(count.abs_diff(options.vertices), ["vertex", "vertices"]);
+        let word = if count < options.vertices { "fewer" } else { "more" };
+        list.push(format!("{off} {word} than asked for, since both halves are alike"));
+    }
+    if let Some(text) = rounding.as_ref().and_then(Rounding::warning) {
+        summary.warn(WarningCode::Rounding, text);
+    }
+    let summary = Summary {
+        remarks: list,
+        repaired: repaired.counts,
+        input: input.clone(),
+        input_self_intersecting_faces: crossing,
+        output: measured.output,
+        cells: cells.as_ref().map(|cells| cells.summary(on.area())),
+        ..summary
+    };
+    Ok(Remeshed { mesh: result, correspondence, cells, summary })
+}
