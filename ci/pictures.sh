@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Draws the pictures of README.md and docs/method.md into docs/pictures; cells.svg there is drawn by hand.
+# Draws the pictures of README.md, docs/method.md and docs/guide.md into docs/pictures; cells.svg there is
+# drawn by hand.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
@@ -46,3 +47,9 @@ remesh box loose -n 400 --feature-angle 180
 remesh bumpy-sphere uniform -n 700
 for g in 1 2; do remesh bumpy-sphere gradation-$g -n 700 --sizing curvature --gradation $g; done
 "$rtfmesh" render uniform.ply gradation-1.ply gradation-2.ply "$pictures/sizing.png" --size 205x185
+
+# The cells of vertices: exact ones, tangent faces, and those of the uneven mesh by their neighbours.
+remesh bumpy-sphere exact -n 700 --cells cells-1.ply
+remesh bumpy-sphere tangent -n 700 --preset rtf --cells cells-2.ply
+remesh bumpy-sphere uneven -n 700 --sizing curvature --cells cells-3.ply --cell-color valence
+"$rtfmesh" render cells-1.ply cells-2.ply cells-3.ply "$pictures/polygons.png" --cells --size 205x185
