@@ -226,7 +226,7 @@ impl Call {
             method: &self.method,
             attributes: &self.attributes,
             size: self.size.size()?,
-            options: self.own_options(input)?,
+            options: self.own_options(input, &run)?,
             sizing,
             correspondence: input.correspondence,
             file: None,
@@ -239,12 +239,12 @@ impl Call {
     }
 
     /// The options but for what depends on the mesh, checked.
-    fn own_options(&self, input: &Input) -> Result<Options> {
+    fn own_options(&self, input: &Input, run: &RunProgress) -> Result<Options> {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
         let mut options = self.checked_options(measures)?;
-        options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
-        options.coarse_to_fine.points =
-            self.method.read_points()?.unwrap_or_else(|| input.fixed_points.clone());
+        options.coarse_to_fine.features.clone_from(&input.features);
+        options.coarse_to_fine.points.clone_from(&input.fixed_points);
+        self.method.read_files(run, &mut options)?;
         Ok(options)
     }
 

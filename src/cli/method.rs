@@ -2,7 +2,7 @@
 
 use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
-use super::progress::patience;
+use super::progress::{RunProgress, patience};
 use super::refine::refinements;
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
@@ -135,7 +135,7 @@ impl MethodArgs {
     }
 
     /// The options for results of this size; if their vertex count is not known yet, with one that is always
-    /// valid. Feature lines are read by [`MethodArgs::read_features`].
+    /// valid. Files are read by [`MethodArgs::read_files`].
     ///
     /// # Errors
     /// [`Error::Usage`] for what is out of range or does not go together.
@@ -195,21 +195,6 @@ impl MethodArgs {
         self.points.as_deref()
     }
 
-    /// Reads it, once the other options are known to be right.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for a file without points.
-    pub fn read_points(&self) -> rtfmesh::Result<Option<Vec<DVec3>>> {
-        let Some(path) = &self.points else { return Ok(None) };
-        let read = Reader::new().patience(patience()).read_any(path);
-        let loaded = read.and_then(Input::mesh_or_points).map_err(|error| error.in_file(path))?;
-        if loaded.mesh.vertices.is_empty() {
-            let error = Error::input(None, "there are no points", "give a file with a point in each line");
-            return Err(error.in_file(path));
-        }
-        Ok(Some(loaded.mesh.vertices))
-    }
-
     /// The regions of `--refine` on a mesh.
     ///
     /// # Errors
@@ -228,14 +213,34 @@ impl MethodArgs {
         self.features.as_deref()
     }
 
-    /// Reads it, once the other options are known to be right.
+    /// Puts what is in the files of `--features` and `--points` into the options, once all else is known to
+    /// be right. The time limit and Ctrl-C end that.
     ///
     /// # Errors
-    /// [`Error::Input`] if it has no lines.
-    pub fn read_features(&self) -> rtfmesh::Result<Option<FeatureLines>> {
-        let Some(path) = &self.features else { return Ok(None) };
-        FeatureLines::read(path).map(Some)
+    /// [`Error::Input`] for a file without lines or points, and those of [`Reading::wait`].
+    pub fn read_files(&self, run: &RunProgress, options: &mut Options) -> rtfmesh::Result<()> {
+        if let Some(path) = &self.features {
+            let file = path.clone();
+            let lines = run.begin_reading(move || FeatureLines::read(file)).wait(path)?;
+            options.coarse_to_fine.features = Some(lines);
+        }
+        if let Some(path) = &self.points {
+            let file = path.clone();
+            options.coarse_to_fine.points = run.begin_reading(move || read_points(&file)).wait(path)?;
+        }
+        Ok(())
     }
+}
+
+/// The points of a file.
+fn read_points(path: &Path) -> rtfmesh::Result<Vec<DVec3>> {
+    let read = Reader::new().patience(patience()).read_any(path);
+    let loaded = read.and_then(Input::mesh_or_points).map_err(|error| error.in_file(path))?;
+    if loaded.mesh.vertices.is_empty() {
+        let error = Error::input(None, "there are no points", "give a file with a point in each line");
+        return Err(error.in_file(path));
+    }
+    Ok(loaded.mesh.vertices)
 }
 
 /// The device to remesh on.

@@ -198,16 +198,7 @@ impl CoarseToFineOptions {
         let boundary = ("keep_boundary", self.keep_boundary);
         let local = ("local", self.local);
         let deviation = ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)));
-        // Points and refined parts divide edges of the input, those of its boundary among them.
-        let refine = ("refine", !self.refine.is_empty());
-        let contradictions = [
-            (points, local),
-            (points, deviation),
-            (boundary, local),
-            (boundary, deviation),
-            (boundary, points),
-            (boundary, refine),
-        ];
+        let contradictions = [(points, local), (points, deviation), (boundary, local), (boundary, deviation)];
         for ((name, is_given), (other, is_other_given)) in contradictions {
             if is_given && is_other_given {
                 let problem = format!("`{name}` does not go together with `{other}`");

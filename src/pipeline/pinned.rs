@@ -4,8 +4,8 @@ use super::memory::MOST_HALVED;
 use super::warning::{Warning, WarningCode};
 use crate::grammar::counted;
 use crate::mesh::NONE;
-use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::insert_points::{FAR, Inserted, ON_SURFACE, Snapping, insert_points};
+use crate::mesh::half_edges::{EdgeSet, EdgeTable};
+use crate::mesh::insert_points::{FAR, Inserted, KeptParts, ON_SURFACE, PointsOnSurface, Snapping};
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::position_key;
 use crate::mesh::repair::Repaired;
@@ -30,14 +30,19 @@ const SNAP: f64 = 0.08;
 const FINE: f64 = 0.6;
 /// How much longer edges may be for each unit of distance from a point.
 const WIDENS: f64 = 0.5;
+/// Edges that stay whole may be this many times as long as those next to them.
+const COARSE: f64 = 5.0;
+/// Edges next to one that stays whole may have this share of its length: with shorter ones, its triangle
+/// would become flat.
+const NEXT_TO_WHOLE: f64 = 0.75;
 
 /// The vertices of a repaired mesh that a result must have, at the same positions.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Pinned {
     /// Their indices, rising.
     pub vertices: Vec<u32>,
-    /// Whether boundary edges between them stay whole.
-    pub keeps_boundary: bool,
+    /// Edges between them that stay whole.
+    pub whole: EdgeSet,
     /// The length that edges are to have at each boundary vertex, in diagonals, if the boundary is kept and
     /// its edges are shorter than others.
     pub boundary_lengths: Vec<(u32, f64)>,
@@ -55,6 +60,7 @@ pub(super) type Divided = (u32, Vec<[u32; 2]>);
 fn divide_around(
     repaired: &mut Repaired,
     (at, vertices): (&[u32], usize),
+    whole: &WholeEdges,
     divided: &mut Vec<[u32; 2]>,
     progress: &ProgressToken,
 ) -> Result<()> {
@@ -66,7 +72,7 @@ fn divide_around(
         let middle = a.midpoint(b);
         let distance = tree.nearest(middle).map_or(f64::INFINITY, |k| places[k as usize].distance(middle));
         let beyond = (distance - 0.5 * a.distance(b)).max(0.0);
-        a.distance(b) / (FINE * spacing + WIDENS * beyond)
+        whole.size((a, b), FINE * spacing + WIDENS * beyond)
     };
     let most = repaired.mesh.triangles.len() + MOST_HALVED * vertices;
     let halved = halve_edges(&repaired.mesh, (1.0, size), most, progress)?;
@@ -76,6 +82,50 @@ fn divide_around(
         divided.extend(halves);
     }
     Ok(())
+}
+
+/// Edges that stay whole, by their ends, for meshes that are divided next to them.
+#[derive(Default)]
+pub(crate) struct WholeEdges {
+    edges: HashSet<[[u64; 3]; 2]>,
+    /// The length of the longest one at each end.
+    longest: HashMap<[u64; 3], f64>,
+}
+
+impl WholeEdges {
+    /// Edges of a mesh.
+    pub fn new(mesh: &TriMesh, edges: &EdgeSet) -> Self {
+        let mut whole = Self::default();
+        for (a, b) in edges {
+            let ends = [*a, *b].map(|v| mesh.vertices[v as usize]);
+            whole.edges.insert(keys(ends));
+            for key in keys(ends) {
+                let longest = whole.longest.entry(key).or_default();
+                *longest = longest.max(ends[0].distance(ends[1]));
+            }
+        }
+        whole
+    }
+
+    /// An edge's length over the length that is `allowed`; not above 1 if it is to stay as it is.
+    pub fn size(&self, (a, b): (DVec3, DVec3), allowed: f64) -> f64 {
+        let size = a.distance(b) / allowed;
+        if size <= 1.0 || self.longest.is_empty() {
+            return size;
+        }
+        let at_ends = keys([a, b]);
+        if self.edges.contains(&at_ends) {
+            return 0.0;
+        }
+        let longest = at_ends.iter().filter_map(|key| self.longest.get(key)).fold(0.0, |a: f64, b| a.max(*b));
+        a.distance(b) / allowed.max(NEXT_TO_WHOLE * longest)
+    }
+}
+
+/// The ends of an edge, in either order.
+fn keys(ends: [DVec3; 2]) -> [[u64; 3]; 2] {
+    let [a, b] = ends.map(position_key);
+    if a < b { [a, b] } else { [b, a] }
 }
 
 impl Pinned {
@@ -100,25 +150,30 @@ impl Pinned {
         if method.keep_boundary {
             let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
             pinned.keep_boundary(&repaired.mesh, frame.scale, usual);
-            pinned.refuse_too_many(vertices, "the boundary has", "`keep_boundary` keeps all of them")?;
+            let count = pinned.vertices.len();
+            refuse_too_many((count, vertices), "the boundary has", "`keep_boundary` keeps all of them")?;
         }
         if !method.points.is_empty() {
-            let fixed = &pinned.vertices;
             let snapping = Snapping {
                 feature_angle: method.feature_angle,
                 distance: SNAP * spacing(repaired.mesh.area(), vertices),
             };
+            let located = PointsOnSurface::find(&repaired.mesh, &method.points, progress)?;
+            let count = located.count_with(&pinned.vertices);
+            let what = "the points and the boundary have";
+            refuse_too_many((count, vertices), what, "all of them are kept")?;
+            let kept = KeptParts { vertices: &pinned.vertices, edges: &pinned.whole };
             let Inserted { mesh, origin, divides, vertices: at, distances } =
-                insert_points(&repaired.mesh, &method.points, fixed, &snapping, progress)?;
+                located.insert(kept, &snapping, progress)?;
             repaired.origin = origin.iter().map(|t| repaired.origin[*t as usize]).collect();
             repaired.mesh = mesh;
             divided = divides;
-            divide_around(repaired, (&at, vertices), &mut divided, progress)?;
+            let whole = WholeEdges::new(&repaired.mesh, &pinned.whole);
+            divide_around(repaired, (&at, vertices), &whole, &mut divided, progress)?;
             pinned.vertices.extend(at.iter().filter(|v| **v != NONE));
             pinned.vertices.sort_unstable();
             pinned.vertices.dedup();
             pinned.warn_of_distances(&distances, frame.scale);
-            pinned.refuse_too_many(vertices, "the points and the boundary have", "all of them are kept")?;
         }
         // The box may have become larger by the points.
         let frame = UnitFrame::of(&repaired.mesh)?;
@@ -136,13 +191,13 @@ impl Pinned {
         let mut lengths: HashMap<u32, (f64, f64)> = HashMap::new();
         for sides in EdgeTable::new(&mesh.triangles).edges().filter(|sides| sides.len() == 1) {
             let (a, b) = sides[0].ends();
+            self.whole.insert((a, b));
             let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]) / scale;
             for v in [a, b] {
                 let (sum, count) = lengths.entry(v).or_default();
                 (*sum, *count) = (*sum + length, *count + 1.0);
             }
         }
-        self.keeps_boundary = !lengths.is_empty();
         self.vertices = lengths.keys().copied().collect();
         self.vertices.sort_unstable();
         let mean = |v: &u32| (*v, LOOSE * lengths[v].0 / lengths[v].1);
@@ -151,15 +206,31 @@ impl Pinned {
             self.vertices.iter().map(mean).filter(|(_, length)| *length < usual).collect();
     }
 
-    fn refuse_too_many(&self, vertices: usize, what: &str, why: &str) -> Result<()> {
-        let kept = self.vertices.len();
-        if vertices == 0 || kept as f64 <= MOST * vertices as f64 {
+    /// Refuses edges that stay whole and are much longer than the others next to them; `lengths` are those at
+    /// the vertices of the mesh, in diagonals, where they are known.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the number of vertices for which they are short enough.
+    pub fn refuse_coarse(&self, mesh: &TriMesh, lengths: &[f64], vertices: usize) -> Result<()> {
+        let scale = UnitFrame::of(mesh)?.scale;
+        let usual = spacing(mesh.area(), vertices);
+        let of_vertex = |v: u32| lengths.get(v as usize).map_or(usual, |length| usual.min(length * scale));
+        let times = |(a, b): &(u32, u32)| {
+            let length = mesh.vertices[*a as usize].distance(mesh.vertices[*b as usize]);
+            (length / of_vertex(*a).min(of_vertex(*b)), length)
+        };
+        let (times, length) = self.whole.iter().map(times).fold((0.0, 0.0), |a, b| if b > a { b } else { a });
+        if times <= COARSE || vertices == 0 {
             return Ok(());
         }
-        let enough = (kept as f64 / MOST).ceil();
-        let problem =
-            format!("{what} {kept} vertices, {why}, and that leaves too few of {vertices} for the rest");
-        Err(Error::option("vertices", problem, format!("ask for at least {enough}")))
+        let decimals = decimals(scale);
+        let problem = format!(
+            "an edge that is kept is {length:.decimals$} long, {times:.0} times as long as those next to it \
+             would be: the triangles there would be flat or cross each other"
+        );
+        let most = (vertices as f64 * (COARSE / times).powi(2)).floor();
+        let remedy = format!("divide such edges, or ask for longer edges: about {most} vertices");
+        Err(Error::option("vertices", problem, remedy))
     }
 
     fn warn_of_distances(&mut self, distances: &[f64], scale: f64) {
@@ -203,4 +274,14 @@ impl Pinned {
         }
         list
     }
+}
+
+fn refuse_too_many((kept, vertices): (usize, usize), what: &str, why: &str) -> Result<()> {
+    if vertices == 0 || kept as f64 <= MOST * vertices as f64 {
+        return Ok(());
+    }
+    let enough = (kept as f64 / MOST).ceil();
+    let problem =
+        format!("{what} {kept} vertices, {why}, and that leaves too few of {vertices} for the rest");
+    Err(Error::option("vertices", problem, format!("ask for at least {enough}")))
 }

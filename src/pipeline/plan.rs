@@ -1,7 +1,7 @@
 //! What a run makes of the options for its input. The options are the user's request and never change.
 
 use super::RunInput;
-use super::pinned::Pinned;
+use super::pinned::{Pinned, WholeEdges};
 use super::refined::{Refined, parts_of};
 use super::user_curves::UserCurves;
 use crate::mesh::correspondence::vertex_values_after;
@@ -59,10 +59,13 @@ impl Plan {
         let mut refined = Refined::default();
         if !method.refine.is_empty() {
             let half_edges = curves.half_edges(&repaired.mesh)?;
-            refined = Refined::new(repaired, wanted, half_edges, progress)?;
+            let whole = WholeEdges::new(&repaired.mesh, &pinned.whole);
+            let wanted = (options, Some(vertices));
+            refined = Refined::new(repaired, wanted, (half_edges, &whole), progress)?;
         }
         refined.undivided = before.as_ref().map(topology).or(refined.undivided);
         refined.keep_shorter(&pinned.boundary_lengths, repaired.mesh.vertices.len());
+        pinned.refuse_coarse(&repaired.mesh, &refined.lengths, vertices)?;
         let sizing = match (lengths, &method.sizing) {
             (Some(lengths), _) => Sizing::Given(lengths.values.to_vec()),
             // Further attempts would have lengths of their own.

@@ -3,7 +3,7 @@
 use super::RunInput;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
-use super::face_count::with_vertices;
+use super::face_count::{may_change, with_vertices};
 use super::memory::bytes_needed;
 use super::plan::Plan;
 use super::prepare::repaired_for;
@@ -28,6 +28,9 @@ pub struct Preview {
     pub input: [usize; 2],
     /// Vertices of the result.
     pub vertices: usize,
+    /// Whether the run may find out that another number of vertices leads to the triangles asked for: how
+    /// many boundary edges there will be is only estimated here.
+    pub vertices_may_change: bool,
     /// Edge length of a perfect layout, in the input's units.
     pub spacing: f64,
     /// From the coarsest to the finest; more than one only with [`Method::CoarseToFine`].
@@ -107,6 +110,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
                 [undivided.vertices, undivided.faces]
             }),
         vertices,
+        vertices_may_change: may_change(options, &repaired.mesh),
         spacing: spacing(surface.area, vertices) * diagonal,
         collapses: levels.is_empty(),
         levels: levels.iter().map(level).collect(),
@@ -211,7 +215,7 @@ impl<'a> PreviewedSurface<'a> {
             feature_angle: options.coarse_to_fine.feature_angle,
             user_edges: plan.curves.edges(self.input)?,
             user_corners: plan.pinned.vertices.clone(),
-            keep_boundary: plan.pinned.keeps_boundary,
+            whole_edges: plan.pinned.whole.clone(),
             ..FeatureOptions::new(spacing(self.area, vertices))
         };
         let features = find_features(unit, &feature_options)?;
