@@ -75,6 +75,8 @@ pub struct Input {
     pub features: Option<FeatureLines>,
     /// Points that become vertices, unless `--points` names a file.
     pub fixed_points: Vec<DVec3>,
+    /// Triangles that stay as they are, unless `--keep` or `--only` names others.
+    pub keep: Vec<u32>,
     /// For what to find the places on the input, in addition to what attributes need.
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
@@ -244,6 +246,8 @@ impl Call {
         let mut options = self.checked_options(measures)?;
         options.coarse_to_fine.features.clone_from(&input.features);
         options.coarse_to_fine.points.clone_from(&input.fixed_points);
+        options.coarse_to_fine.keep.clone_from(&input.keep);
+        options.validate()?;
         self.method.read_files(run, &mut options)?;
         Ok(options)
     }

@@ -4,6 +4,7 @@ use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
 use super::progress::{RunProgress, patience};
 use super::refine::refinements;
+use super::selection::{Selection, kept, selection};
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
@@ -74,6 +75,17 @@ pub struct MethodArgs {
     #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"],
         hide_short_help = true)]
     keep_boundary: bool,
+    /// Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME
+    ///
+    /// A label, group or material of triangles, or an attribute of triangles or vertices that is not 0 on
+    /// them. May be given several times. The number of vertices is that of the whole result.
+    #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
+        conflicts_with_all = ["local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+    keep: Vec<Selection>,
+    /// Remesh only these triangles, and keep all others untouched; WHAT as for --keep
+    #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
+        conflicts_with_all = ["keep", "local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+    only: Vec<Selection>,
     #[command(flatten)]
     sizing: SizingArgs,
     /// Weld vertices closer than this fraction of the diagonal [default: 0]
@@ -119,6 +131,8 @@ impl MethodArgs {
             ("--features", self.features.is_some()),
             ("--points", self.points.is_some()),
             ("--keep-boundary", self.keep_boundary),
+            ("--keep", !self.keep.is_empty()),
+            ("--only", !self.only.is_empty()),
             ("--vertices-at-least", self.vertices_at_least),
             ("--sizing", self.sizing.differs()),
             ("--refine", !self.sizing.refine().is_empty()),
@@ -201,6 +215,14 @@ impl MethodArgs {
     /// [`Error::Usage`] for a label that it has not.
     pub fn refinements(&self, loaded: &Loaded) -> rtfmesh::Result<Vec<Refinement>> {
         refinements(self.sizing.refine(), loaded)
+    }
+
+    /// The triangles of a mesh that `--keep` and `--only` keep.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a label or an attribute that it has not.
+    pub fn kept(&self, loaded: &Loaded) -> rtfmesh::Result<Vec<u32>> {
+        kept(&self.keep, &self.only, loaded)
     }
 
     /// Whether the least angle of sharp edges is given.

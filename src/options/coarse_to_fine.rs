@@ -134,6 +134,9 @@ pub struct CoarseToFineOptions {
     /// surface than a ten-thousandth of the diagonal becomes the nearest point of it, with a warning; one
     /// farther than a twentieth is left out.
     pub points: Vec<DVec3>,
+    /// Triangles of the input that stay as they are, with their vertices; the rest is joined to them, and
+    /// counted with them. Those that repair changes stay as it leaves them.
+    pub keep: Vec<u32>,
     /// Whether the vertices and edges of the input's boundary are those of the result, exactly.
     pub keep_boundary: bool,
     /// Input half-edges that are also kept: `3 * triangle + k` goes from corner k of the triangle to the
@@ -173,6 +176,7 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             points: Vec::new(),
+            keep: Vec::new(),
             keep_boundary: false,
             fixed_half_edges: Vec::new(),
             label_borders: Vec::new(),
@@ -196,9 +200,17 @@ impl CoarseToFineOptions {
         }
         let points = ("points", !self.points.is_empty());
         let boundary = ("keep_boundary", self.keep_boundary);
+        let kept = ("keep", !self.keep.is_empty());
         let local = ("local", self.local);
         let deviation = ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)));
-        let contradictions = [(points, local), (points, deviation), (boundary, local), (boundary, deviation)];
+        let contradictions = [
+            (points, local),
+            (points, deviation),
+            (kept, local),
+            (kept, deviation),
+            (boundary, local),
+            (boundary, deviation),
+        ];
         for ((name, is_given), (other, is_other_given)) in contradictions {
             if is_given && is_other_given {
                 let problem = format!("`{name}` does not go together with `{other}`");

@@ -4,6 +4,7 @@
 //! edges with s triangles: the number of boundary edges, on a manifold. It is known from the surface but for
 //! b, which depends on V a little.
 
+use super::kept::{Kept, in_units};
 use super::outcome::FaultKind;
 use super::preview::single_sides;
 use super::{Made, Summary, WarningCode};
@@ -37,17 +38,21 @@ pub(super) fn with_vertices(
             &own
         }
     };
-    let input = topology(&repaired.mesh);
+    let mut rest = repaired.clone();
+    let options = &in_units(options, &rest.mesh)?;
+    let kept = Kept::cut_off(&mut rest, options, mesh.triangles.len())?;
+    let others = kept.as_ref().map_or([0; 2], |kept| [kept.own_vertices(), kept.triangles()]);
+    let input = topology(&rest.mesh);
     let vertices = |single: i64| {
-        let vertices = (faces as i64 + single).div_euclid(2) + input.euler;
-        usize::try_from(vertices).unwrap_or(0).max(4)
+        let vertices = (faces as i64 - others[1] as i64 + single).div_euclid(2) + input.euler;
+        usize::try_from(vertices + others[0] as i64).unwrap_or(0).max(4)
     };
     let mut found = Options { vertices: vertices(0), ..options.clone() };
-    if !may_change(options, &repaired.mesh) {
+    if !may_change(options, &rest.mesh) {
         return Ok(found);
     }
     for _ in 0..ROUNDS {
-        let next = vertices(single_sides(mesh, repaired, &found)?);
+        let next = vertices(single_sides(mesh, &rest, kept.as_ref(), &found)?);
         if std::mem::replace(&mut found.vertices, next) == next {
             break;
         }
@@ -80,7 +85,8 @@ impl FaceCount {
     /// If a number was asked for.
     pub fn of(made: &Made, options: &Options) -> Option<Self> {
         let small = made.prepared.small.iter().map(|part| part.triangles.len()).sum::<usize>();
-        let got = made.outcome.mesh.triangles.len() + small;
+        let kept = made.prepared.kept.as_ref().map_or(0, Kept::triangles);
+        let got = made.outcome.mesh.triangles.len() + small + kept;
         let fault = made.outcome.fault.as_ref().map_or(0, |fault| match fault.kind {
             FaultKind::Slivers(_) => 0,
             FaultKind::Intersections(_) => 1,

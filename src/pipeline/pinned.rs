@@ -1,5 +1,6 @@
 //! Vertices that the user wants where they are: points of the surface, and the boundary.
 
+use super::kept::Kept;
 use super::memory::MOST_HALVED;
 use super::warning::{Warning, WarningCode};
 use crate::grammar::counted;
@@ -32,6 +33,10 @@ const FINE: f64 = 0.6;
 const WIDENS: f64 = 0.5;
 /// Edges that stay whole may be this many times as long as those next to them.
 const COARSE: f64 = 5.0;
+/// From so many times the length of others on, edges become longer next to those that are kept.
+const LONG: f64 = 1.5;
+/// How much shorter they are for each unit of distance from there.
+const FALLS: f64 = 1.5;
 /// Edges next to one that stays whole may have this share of its length: with shorter ones, its triangle
 /// would become flat.
 const NEXT_TO_WHOLE: f64 = 0.75;
@@ -43,8 +48,8 @@ pub(crate) struct Pinned {
     pub vertices: Vec<u32>,
     /// Edges between them that stay whole.
     pub whole: EdgeSet,
-    /// The length that edges are to have at each boundary vertex, in diagonals, if the boundary is kept and
-    /// its edges are shorter than others.
+    /// The length that edges are to have next to edges that stay whole, in diagonals, where these are shorter
+    /// than others, or much longer.
     pub boundary_lengths: Vec<(u32, f64)>,
     /// The position of each by that in the unit frame, which is rounded.
     positions: HashMap<[u64; 3], DVec3>,
@@ -129,27 +134,40 @@ fn keys(ends: [DVec3; 2]) -> [[u64; 3]; 2] {
 }
 
 impl Pinned {
-    /// Those that the options name; points become vertices of the mesh. Also the first new vertex, and which
-    /// edges the new ones divide.
+    /// Those that the options name, and those at `kept` triangles; points become vertices of the mesh. Also
+    /// the first new vertex, and which edges the new ones divide.
     ///
     /// # Errors
     /// [`Error::Usage`] if so many vertices leave too few for the rest, and those of [`insert_points`].
     pub fn new(
         repaired: &mut Repaired,
         (options, vertices): (&Options, usize),
+        kept: Option<&Kept>,
         progress: &ProgressToken,
     ) -> Result<(Self, Divided)> {
         let method = &options.coarse_to_fine;
         let first = repaired.mesh.vertices.len() as u32;
         let mut pinned = Self::default();
         let mut divided = Vec::new();
-        if !method.keep_boundary && method.points.is_empty() {
+        if !method.keep_boundary && method.points.is_empty() && kept.is_none() {
             return Ok((pinned, (first, divided)));
         }
         let frame = UnitFrame::of(&repaired.mesh)?;
+        let mut whole: Vec<(u32, u32)> =
+            kept.iter().flat_map(|kept| kept.cut.iter().map(|cut| cut.0)).collect();
         if method.keep_boundary {
-            let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
-            pinned.keep_boundary(&repaired.mesh, frame.scale, usual);
+            let table = EdgeTable::new(&repaired.mesh.triangles);
+            whole.extend(table.edges().filter(|sides| sides.len() == 1).map(|sides| sides[0].ends()));
+            whole.sort_unstable();
+            whole.dedup();
+        }
+        let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
+        pinned.keep_edges(&repaired.mesh, &whole, frame.scale, usual);
+        // Some are at no such edge.
+        pinned.vertices.extend(kept.iter().flat_map(|kept| &kept.shared));
+        pinned.vertices.sort_unstable();
+        pinned.vertices.dedup();
+        if method.keep_boundary {
             let count = pinned.vertices.len();
             refuse_too_many((count, vertices), "the boundary has", "`keep_boundary` keeps all of them")?;
         }
@@ -187,10 +205,10 @@ impl Pinned {
         self.vertices.is_empty()
     }
 
-    fn keep_boundary(&mut self, mesh: &TriMesh, scale: f64, usual: f64) {
+    /// Keeps edges of a mesh whole.
+    fn keep_edges(&mut self, mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) {
         let mut lengths: HashMap<u32, (f64, f64)> = HashMap::new();
-        for sides in EdgeTable::new(&mesh.triangles).edges().filter(|sides| sides.len() == 1) {
-            let (a, b) = sides[0].ends();
+        for &(a, b) in edges {
             self.whole.insert((a, b));
             let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]) / scale;
             for v in [a, b] {
@@ -201,9 +219,15 @@ impl Pinned {
         self.vertices = lengths.keys().copied().collect();
         self.vertices.sort_unstable();
         let mean = |v: &u32| (*v, LOOSE * lengths[v].0 / lengths[v].1);
-        // Edges elsewhere do not become longer for those of a coarse boundary.
-        self.boundary_lengths =
-            self.vertices.iter().map(mean).filter(|(_, length)| *length < usual).collect();
+        // Without other vertices, there is nowhere that lengths could change.
+        let is_kept = |v: &u32| lengths.contains_key(v);
+        let with_others: HashSet<u32> =
+            mesh.triangles.iter().filter(|corners| !corners.iter().all(is_kept)).flatten().copied().collect();
+        let differs =
+            |(v, length): &(u32, f64)| *length < usual || (*length > LONG * usual && with_others.contains(v));
+        self.boundary_lengths = self.vertices.iter().map(mean).filter(differs).collect();
+        self.boundary_lengths
+            .extend(next_to_long(mesh, edges, scale, usual).into_iter().filter(|(v, _)| !is_kept(v)));
     }
 
     /// Refuses edges that stay whole and are much longer than the others next to them; `lengths` are those at
@@ -214,10 +238,13 @@ impl Pinned {
     pub fn refuse_coarse(&self, mesh: &TriMesh, lengths: &[f64], vertices: usize) -> Result<()> {
         let scale = UnitFrame::of(mesh)?.scale;
         let usual = spacing(mesh.area(), vertices);
-        let of_vertex = |v: u32| lengths.get(v as usize).map_or(usual, |length| usual.min(length * scale));
+        let of_vertex = |v: u32| match lengths.get(v as usize) {
+            Some(length) if length.is_finite() => length * scale,
+            _ => usual,
+        };
         let times = |(a, b): &(u32, u32)| {
             let length = mesh.vertices[*a as usize].distance(mesh.vertices[*b as usize]);
-            (length / of_vertex(*a).min(of_vertex(*b)), length)
+            (length / of_vertex(*a).max(of_vertex(*b)), length)
         };
         let (times, length) = self.whole.iter().map(times).fold((0.0, 0.0), |a, b| if b > a { b } else { a });
         if times <= COARSE || vertices == 0 {
@@ -274,6 +301,28 @@ impl Pinned {
         }
         list
     }
+}
+
+/// Vertices of a mesh close to edges that are much longer than `usual`, with the lengths to have there, both
+/// in diagonals: sites closer to such an edge than to its ends would take its place.
+fn next_to_long(mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) -> Vec<(u32, f64)> {
+    let (mut points, mut of_points) = (Vec::new(), Vec::new());
+    for (a, b) in edges {
+        let [p, q] = [*a, *b].map(|v| mesh.vertices[v as usize]);
+        let length = p.distance(q) / scale;
+        if length > LONG * usual {
+            let count = (length / usual).ceil();
+            points.extend((0..=count as usize).map(|k| p.lerp(q, k as f64 / count)));
+            of_points.resize(points.len(), length);
+        }
+    }
+    let tree = KdTree::new(&points);
+    let of = |(v, p): (u32, &DVec3)| {
+        let nearest = tree.nearest(*p)? as usize;
+        let length = LOOSE * of_points[nearest] - FALLS * points[nearest].distance(*p) / scale;
+        (length > usual).then_some((v, length))
+    };
+    (0..).zip(&mesh.vertices).filter_map(of).collect()
 }
 
 fn refuse_too_many((kept, vertices): (usize, usize), what: &str, why: &str) -> Result<()> {

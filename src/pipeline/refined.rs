@@ -193,10 +193,11 @@ fn is_coarse(mesh: &TriMesh, size: impl Fn(DVec3, DVec3) -> f64) -> bool {
 pub(crate) fn refuse_share(options: &Options, vertices: usize, share: f64) -> Error {
     let count = vertices as f64 * share;
     if options.coarse_to_fine.refine.is_empty() {
+        let (does, size) = if share > 1.0 { ("need", "more") } else { ("leave room for", "fewer") };
         let problem = format!(
-            "edges at kept points and boundaries need about {count:.0} vertices, and there are {vertices}"
+            "edges at kept points and boundaries {does} about {count:.0} vertices, and there are {vertices}"
         );
-        return Error::option("vertices", problem, "ask for more vertices");
+        return Error::option("vertices", problem, format!("ask for {size} vertices"));
     }
     if share > 1.0 {
         let needed = (count * (1.0 + LEAST_REST)).ceil();

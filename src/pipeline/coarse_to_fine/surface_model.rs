@@ -68,7 +68,7 @@ impl SurfaceModel {
         let ModelRequest { vertices, sizing, refined, round_facets } = *request;
         let on_surface = surface_vertices(surface, mesh);
         let on = |v: u32| on_surface[v as usize];
-        let edges = plan.curves.edges(mesh)?;
+        let edges = plan.edges(mesh)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
         let features = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
