@@ -1,6 +1,7 @@
 //! One mesh after another on one device.
 
 use crate::mesh::repair::repair_with;
+use crate::pipeline::kept::vertices_for;
 use crate::pipeline::{compile, compile_later, remesh_repaired};
 use crate::{Device, Flow, Options, Progress, Remeshed, Result, Size, TriMesh};
 
@@ -82,7 +83,8 @@ impl Remesher {
         // Ratios and edge lengths refer to what is left after the repair.
         let repaired = repair_with(mesh, &self.options.repairs())?;
         let faces = if let Size::Faces(count) = size { Some(count) } else { self.options.faces };
-        let options = self.options.clone().vertices(size.vertices(&repaired.mesh)?).faces(faces);
+        let vertices = vertices_for(size, &repaired, &self.options, mesh.triangles.len())?;
+        let options = self.options.clone().vertices(vertices).faces(faces);
         remesh_repaired(&self.device, mesh, Some(repaired), &options, progress)
     }
 }

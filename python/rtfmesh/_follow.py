@@ -18,7 +18,7 @@ def follow(mesh: MeshLike, result: MeshLike, poses: ArrayLike) -> NDArray[np.flo
     as in `remesh`. `poses` has shape (F, V, 3): the vertices of `mesh` in each of F poses, in the same order.
 
     Returns an array of shape (F, N, 3), the vertices of `result` in each pose. Each is at the same place on
-    the surface, on the same features and as far off.
+    the surface, on the same features.
 
     Raises `InputError`.
     """

@@ -91,6 +91,12 @@ class Options(TypedDict, total=False):
     of it, with a warning; one farther than 5 % is left out."""
     keep_boundary: bool | None
     """Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match."""
+    keep: str | Sequence[str] | ArrayLike | None
+    """Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME. A label,
+    group or material of triangles, or an attribute of triangles or vertices that is not 0 on them. May be
+    given several times. The number of vertices is that of the whole result."""
+    only: str | Sequence[str] | ArrayLike | None
+    """Remesh only these triangles, and keep all others untouched; WHAT as for `keep`."""
     sizing: str | ArrayLike | None
     """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
     around places that equal edges would miss, such as narrow folds; uniform: equal everywhere, the default

@@ -23,7 +23,16 @@ from ._options import Options
 from ._progress import Callback, Native, shown
 from ._result import Cells, Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
-from ._words import is_word, label_names, take_features, take_fixed_points, take_sizing, word, words
+from ._words import (
+    is_word,
+    label_names,
+    take_features,
+    take_fixed_points,
+    take_kept,
+    take_sizing,
+    word,
+    words,
+)
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -44,6 +53,7 @@ class Request:
     sizing: Vertices | None
     features: NDArray[np.float64] | None
     fixed_points: NDArray[np.float64] | None
+    keep: NDArray[np.uint32] | None
     correspondence: tuple[bool, bool]
     distances: bool
     cells: bool
@@ -147,8 +157,9 @@ class Remesher:
     ) -> Result:
         normals, closed, fill_holes, points_as = known
         positions = real_numbers(points, "points", (None, 3))
-        if not is_word(wanted.get("features")):
-            raise InputError("`features` needs edges, which points do not have; remove it")
+        for name in ("features", "keep", "only"):
+            if not is_word(wanted.get(name)):
+                raise InputError(f"`{name}` needs faces, which points do not have; remove it")
         asked = (
             None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
             truth(closed, "closed"),
@@ -183,7 +194,7 @@ class Remesher:
         return warned(self._contour(volume, n, told, dict(options)))
 
     def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
-        for name in ("features", "sizing", "fixed_points"):
+        for name in ("features", "sizing", "fixed_points", "keep", "only"):
             if not is_word(wanted.get(name)):
                 raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
         nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
@@ -207,6 +218,7 @@ class Remesher:
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
         fixed = take_fixed_points(wanted)
+        kept = take_kept(wanted, len(positions), triangles)
         function = "contour" if volume else "remesh" if points is None else "reconstruct"
         line = words(n, wanted, function)
         values = volume.native() if volume else None
@@ -221,6 +233,7 @@ class Remesher:
                 sizing,
                 features,
                 fixed,
+                kept,
                 places,
                 told.distances,
                 told.cells,

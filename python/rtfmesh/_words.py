@@ -28,7 +28,7 @@ NEGATED = {"fit": "no_fit"}
 # Options under other names than those of the command line, which arguments for meshes have.
 RENAMED = {"faces": "n_faces", "points": "fixed_points"}
 # Options that may be given several times: a list has all of them.
-REPEATED = {"refine"}
+REPEATED = {"refine", "keep", "only"}
 
 
 # Settings of methods that are there for comparison; one argument holds them all.
@@ -208,6 +208,36 @@ def take_fixed_points(options: dict[str, Any]) -> NDArray[np.float64] | None:
     del options["fixed_points"]
     points = real_numbers(value, "fixed_points", (None, 3))
     return points if len(points) else None
+
+
+def take_kept(options: dict[str, Any], vertices: int, faces: NDArray[np.uint32]) -> NDArray[np.uint32] | None:
+    """The faces that `keep` or `only` keeps if it is an array; takes it out.
+
+    True and False for each face, or for each vertex, of which all of a face count; or indices of faces.
+    """
+    for name in ("keep", "only"):
+        value: Any = options.get(name)
+        if is_word(value):
+            continue
+        array = as_array(value, name)
+        if array.dtype.kind in "US":
+            continue
+        if array.dtype.kind == "b" and array.shape == (len(faces),):
+            selected = array
+        elif array.dtype.kind == "b" and array.shape == (vertices,):
+            selected = array[faces].all(axis=1)
+        elif array.dtype.kind in "iu" and array.ndim == 1:
+            selected = np.zeros(len(faces), bool)
+            if array.size and not (0 <= array.min() and array.max() < len(faces)):
+                raise InputError(f"`{name}` names a face that there is not; use 0 to {len(faces) - 1}")
+            selected[array] = True
+        else:
+            raise InputError(f"`{name}` is {short(value)}; give booleans for faces or vertices, or indices")
+        del options[name]
+        if any(options.get(other) is not None for other in ("keep", "only")):
+            raise InputError("`keep` and `only` contradict each other; remove one of them")
+        return np.flatnonzero(selected if name == "keep" else ~selected).astype(np.uint32)
+    return None
 
 
 def take_features(options: dict[str, Any], vertices: Vertices) -> NDArray[np.float64] | None:

@@ -36,6 +36,8 @@ pub struct Request<'py> {
     features: Option<PyReadonlyArray3<'py, f64>>,
     /// Points that become vertices (K x 3).
     fixed_points: Option<PyReadonlyArray2<'py, f64>>,
+    /// Faces that stay as they are.
+    keep: Option<PyReadonlyArray1<'py, u32>>,
     /// Of vertices, and of faces.
     correspondence: (bool, bool),
     /// Whether the report has distances.
@@ -85,6 +87,12 @@ pub fn remesh<'py>(
         sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
         features: request.features.as_ref().map(feature_lines).transpose()?,
         fixed_points: request.fixed_points.as_ref().map(positions).transpose()?.unwrap_or_default(),
+        keep: request
+            .keep
+            .as_ref()
+            .map(|keep| keep.as_slice().map(<[u32]>::to_vec))
+            .transpose()?
+            .unwrap_or_default(),
         correspondence: CorrespondenceRequest { vertices, faces },
         distances: request.distances,
         cells: request.cells,

@@ -196,6 +196,23 @@ def test_points_boundaries_regions_and_counts_are_arguments_too(torus, remesher)
         remesher.remesh(torus, n_faces=2)
 
 
+def test_parts_stay_bit_by_bit(torus, remesher):
+    vertices, faces = np.asarray(torus.vertices), np.asarray(torus.faces)
+    mask = vertices[faces][:, :, 0].mean(axis=1) < -0.3
+    corners = {tuple(map(tuple, vertices[face])) for face in faces[mask]}
+    for options in ({"keep": mask}, {"only": np.flatnonzero(~mask)}, {"keep": ["selection:mark"]}):
+        attributes = {"face": {"mark": mask.astype(np.uint8)}}
+        result = remesher.remesh(vertices, faces, 1500, attributes=attributes, **options)
+        assert len(result.vertices) == 1500
+        assert corners <= {tuple(map(tuple, result.vertices[face])) for face in result.faces}
+    with pytest.raises(rtfmesh.InputError, match="`keep` names a face"):
+        remesher.remesh(vertices, faces, 1500, keep=[len(faces)])
+    with pytest.raises(rtfmesh.InputError, match="contradict each other"):
+        remesher.remesh(vertices, faces, 1500, keep=mask, only=mask)
+    with pytest.raises(rtfmesh.InputError, match="needs faces"):
+        remesher.reconstruct(vertices, 500, keep=mask)
+
+
 def test_boundaries_stay_bit_by_bit(remesher):
     grid = np.linspace(0.0, 1.0, 13)
     x, y = (axis.ravel() for axis in np.meshgrid(grid, grid))

@@ -46,6 +46,7 @@ TYPES = {
     "SEED": "int",
     "STEPS": "int",
     "K": "int",
+    "WHAT": "str | Sequence[str] | ArrayLike",
     "WHERE=LENGTH": "str | Sequence[str]",
     "HOW": "str | ArrayLike",
     "FILE": "str | os.PathLike[str] | ArrayLike",

@@ -75,6 +75,8 @@ pub struct Input {
     pub features: Option<FeatureLines>,
     /// Points that become vertices, unless `--points` names a file.
     pub fixed_points: Vec<DVec3>,
+    /// Triangles that stay as they are, unless `--keep` or `--only` names others.
+    pub keep: Vec<u32>,
     /// For what to find the places on the input, in addition to what attributes need.
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
@@ -230,7 +232,7 @@ impl Call {
             method: &self.method,
             attributes: &self.attributes,
             size: self.size.size()?,
-            options: self.own_options(input)?,
+            options: self.own_options(input, &run)?,
             sizing,
             correspondence: input.correspondence,
             file: None,
@@ -244,13 +246,15 @@ impl Call {
     }
 
     /// The options but for what depends on the mesh, checked.
-    fn own_options(&self, input: &Input) -> Result<Options> {
+    fn own_options(&self, input: &Input, run: &RunProgress) -> Result<Options> {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
         let mut options = self.checked_options(measures)?;
         options.cells = input.cells;
-        options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
-        options.coarse_to_fine.points =
-            self.method.read_points()?.unwrap_or_else(|| input.fixed_points.clone());
+        options.coarse_to_fine.features.clone_from(&input.features);
+        options.coarse_to_fine.points.clone_from(&input.fixed_points);
+        options.coarse_to_fine.keep.clone_from(&input.keep);
+        options.validate()?;
+        self.method.read_files(run, &mut options)?;
         Ok(options)
     }
 

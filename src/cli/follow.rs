@@ -26,7 +26,7 @@ const EXAMPLES: &str = "Examples:
 ///
 /// Each pose is a file with the input's vertices elsewhere, in the same order, and with the same triangles or
 /// none. Its result has the triangles and attributes of RESULT, and each vertex is at the same place on the
-/// surface, on the same features and as far off.
+/// surface, on the same features. Poses are worked on by name; the first that does not fit ends the run.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {

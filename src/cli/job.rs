@@ -180,6 +180,11 @@ impl<'a> Request<'a> {
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
         let loaded = self.make_surface(source, notes, run)?;
         self.options.coarse_to_fine.refine = self.method.refinements(&loaded)?;
+        let kept = self.method.kept(&loaded)?;
+        if !kept.is_empty() {
+            self.options.coarse_to_fine.keep = kept;
+            self.options.validate()?;
+        }
         let repaired = count(self.size, &loaded.mesh, &mut self.options, notes)?;
         let repaired = self.attributes.request(&loaded, repaired, &mut self.options, notes)?;
         self.options.correspondence.vertices |= self.correspondence.vertices;

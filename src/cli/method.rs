@@ -2,8 +2,9 @@
 
 use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
-use super::progress::patience;
+use super::progress::{RunProgress, patience};
 use super::refine::refinements;
+use super::selection::{Selection, kept, selection};
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
@@ -30,10 +31,11 @@ pub struct MethodArgs {
     /// Make the result its own mirror image along x, y, z or auto, the best of these
     ///
     /// The input must be symmetric within 0.1 % of the diagonal, about the middle of its bounding box. One
-    /// half is remeshed and mirrored, so there may be one vertex more or fewer than asked for, which a note
-    /// says.
+    /// half is remeshed and mirrored, so there may be a vertex more or fewer than asked for, or several if
+    /// there are very few, which a note says.
     #[arg(long, value_enum, value_name = "AXIS", help_heading = SHAPE, hide_short_help = true,
-        conflicts_with_all = ["features", "points", "keep_boundary", "refine", "max_deviation"])]
+        conflicts_with_all = ["features", "points", "keep_boundary", "keep", "only", "refine",
+            "max_deviation"])]
     symmetric: Option<AxisName>,
     /// Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]
     ///
@@ -83,6 +85,17 @@ pub struct MethodArgs {
     #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"],
         hide_short_help = true)]
     keep_boundary: bool,
+    /// Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME
+    ///
+    /// A label, group or material of triangles, or an attribute of triangles or vertices that is not 0 on
+    /// them. May be given several times. The number of vertices is that of the whole result.
+    #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
+        conflicts_with_all = ["local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+    keep: Vec<Selection>,
+    /// Remesh only these triangles, and keep all others untouched; WHAT as for --keep
+    #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
+        conflicts_with_all = ["keep", "local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+    only: Vec<Selection>,
     #[command(flatten)]
     sizing: SizingArgs,
     /// Weld vertices closer than this fraction of the diagonal [default: 0]
@@ -147,6 +160,8 @@ impl MethodArgs {
             ("--features", self.features.is_some()),
             ("--points", self.points.is_some()),
             ("--keep-boundary", self.keep_boundary),
+            ("--keep", !self.keep.is_empty()),
+            ("--only", !self.only.is_empty()),
             ("--symmetric", self.symmetric.is_some()),
             ("--vertices-at-least", self.vertices_at_least),
             ("--sizing", self.sizing.differs()),
@@ -167,7 +182,7 @@ impl MethodArgs {
     }
 
     /// The options for results of this size; if their vertex count is not known yet, with one that is always
-    /// valid. Feature lines are read by [`MethodArgs::read_features`].
+    /// valid. Files are read by [`MethodArgs::read_files`].
     ///
     /// # Errors
     /// [`Error::Usage`] for what is out of range or does not go together.
@@ -232,27 +247,20 @@ impl MethodArgs {
         self.points.as_deref()
     }
 
-    /// Reads it, once the other options are known to be right.
-    ///
-    /// # Errors
-    /// [`Error::Input`] for a file without points.
-    pub fn read_points(&self) -> rtfmesh::Result<Option<Vec<DVec3>>> {
-        let Some(path) = &self.points else { return Ok(None) };
-        let read = Reader::new().patience(patience()).read_any(path);
-        let loaded = read.and_then(Input::mesh_or_points).map_err(|error| error.in_file(path))?;
-        if loaded.mesh.vertices.is_empty() {
-            let error = Error::input(None, "there are no points", "give a file with a point in each line");
-            return Err(error.in_file(path));
-        }
-        Ok(Some(loaded.mesh.vertices))
-    }
-
     /// The regions of `--refine` on a mesh.
     ///
     /// # Errors
     /// [`Error::Usage`] for a label that it has not.
     pub fn refinements(&self, loaded: &Loaded) -> rtfmesh::Result<Vec<Refinement>> {
         refinements(self.sizing.refine(), loaded)
+    }
+
+    /// The triangles of a mesh that `--keep` and `--only` keep.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a label or an attribute that it has not.
+    pub fn kept(&self, loaded: &Loaded) -> rtfmesh::Result<Vec<u32>> {
+        kept(&self.keep, &self.only, loaded)
     }
 
     /// Whether the least angle of sharp edges is given.
@@ -265,14 +273,34 @@ impl MethodArgs {
         self.features.as_deref()
     }
 
-    /// Reads it, once the other options are known to be right.
+    /// Puts what is in the files of `--features` and `--points` into the options, once all else is known to
+    /// be right. The time limit and Ctrl-C end that.
     ///
     /// # Errors
-    /// [`Error::Input`] if it has no lines.
-    pub fn read_features(&self) -> rtfmesh::Result<Option<FeatureLines>> {
-        let Some(path) = &self.features else { return Ok(None) };
-        FeatureLines::read(path).map(Some)
+    /// [`Error::Input`] for a file without lines or points, and those of [`Reading::wait`].
+    pub fn read_files(&self, run: &RunProgress, options: &mut Options) -> rtfmesh::Result<()> {
+        if let Some(path) = &self.features {
+            let file = path.clone();
+            let lines = run.begin_reading(move || FeatureLines::read(file)).wait(path)?;
+            options.coarse_to_fine.features = Some(lines);
+        }
+        if let Some(path) = &self.points {
+            let file = path.clone();
+            options.coarse_to_fine.points = run.begin_reading(move || read_points(&file)).wait(path)?;
+        }
+        Ok(())
     }
+}
+
+/// The points of a file.
+fn read_points(path: &Path) -> rtfmesh::Result<Vec<DVec3>> {
+    let read = Reader::new().patience(patience()).read_any(path);
+    let loaded = read.and_then(Input::mesh_or_points).map_err(|error| error.in_file(path))?;
+    if loaded.mesh.vertices.is_empty() {
+        let error = Error::input(None, "there are no points", "give a file with a point in each line");
+        return Err(error.in_file(path));
+    }
+    Ok(loaded.mesh.vertices)
 }
 
 /// The device to remesh on.

@@ -21,6 +21,7 @@ mod refine;
 mod remesh;
 mod render;
 mod sample;
+mod selection;
 mod shell;
 mod sizing;
 mod table;

@@ -79,7 +79,7 @@ pub fn refinements(wishes: &[Wish], loaded: &Loaded) -> rtfmesh::Result<Vec<Refi
 ///
 /// # Errors
 /// [`Error::Usage`] that names the labels that there are.
-fn labelled(label: &str, loaded: &Loaded) -> rtfmesh::Result<Vec<u32>> {
+pub(super) fn labelled(label: &str, loaded: &Loaded) -> rtfmesh::Result<Vec<u32>> {
     let attributes = &loaded.attributes.face;
     let own = || attributes.iter().filter(|own| own.components == 1);
     let of = |own: &Attribute, label: &str| -> Vec<u32> {

@@ -150,10 +150,10 @@ pub fn run(args: &Args) -> Result<u8> {
     refuse_overwriting(args)?;
     options.cells = args.out.cells.is_some();
     check_targets(&args.out)?;
-    options.coarse_to_fine.features = args.method.read_features()?;
-    options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
+    let mut run = RunProgress::new(&args.progress)?;
+    args.method.read_files(&run, &mut options)?;
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
-        return dry_run(args, size, options).map(|()| 0);
+        return dry_run(args, (size, options), run).map(|()| 0);
     };
     if let Some(output) = args.output.as_deref().filter(|_| !args.out.quiet)
         && same_file(output, &args.input)
@@ -161,7 +161,6 @@ pub fn run(args: &Args) -> Result<u8> {
     {
         tell(&format!("note: {} will be replaced by the result\n", shown(output)));
     }
-    let mut run = RunProgress::new(&args.progress)?;
     if args.cloud.normals_only() {
         return write_normals(args, &target, &run).map(|()| 0);
     }
@@ -267,8 +266,7 @@ fn write_normals(args: &Args, target: &Target, run: &RunProgress) -> Result<()> 
 }
 
 /// Prints the plan.
-fn dry_run(args: &Args, size: Size, options: Options) -> Result<()> {
-    let mut run = RunProgress::new(&args.progress)?;
+fn dry_run(args: &Args, (size, options): (Size, Options), mut run: RunProgress) -> Result<()> {
     let mut input = wait_for(args, begin_reading(args, &run))?;
     let mut notes = notes(args, &mut input);
     let job = RemeshJob::new(request(args, size, options), source(args, input)?, &mut notes, &mut run)?;

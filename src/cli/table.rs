@@ -41,6 +41,7 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
 /// The plan of a run.
 pub fn preview(p: &Preview) -> String {
     let r = &p.repaired;
+    let vertices = if p.vertices_may_change { "vertices, about; spacing" } else { "vertices, spacing" };
     let mut rows = vec![
         ("input vertices, faces", format!("{}, {}", p.input[0], p.input[1])),
         (
@@ -51,7 +52,7 @@ pub fn preview(p: &Preview) -> String {
             "triangles without area, duplicates",
             format!("{}, {}", r.degenerate_faces_removed, r.repeated_faces()),
         ),
-        ("vertices, spacing", format!("{}, {:.6}", p.vertices, p.spacing)),
+        (vertices, format!("{}, {:.6}", p.vertices, p.spacing)),
         ("curves, corners, patches", format!("{}, {}, {}", p.curves, p.corners, p.patches.len())),
     ];
     for level in &p.levels {

@@ -2,7 +2,7 @@
 
 use super::heading::SIZE;
 use super::job::Notes;
-use crate::pipeline::refined::refined_vertices;
+use crate::pipeline::kept::vertices_for;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
 
@@ -117,10 +117,7 @@ pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -
         return Ok(None);
     }
     let repaired = repair_with(mesh, &options.repairs())?;
-    let count = match size.length().filter(|_| !options.coarse_to_fine.refine.is_empty()) {
-        Some(length) => refined_vertices(&repaired, options, length)?,
-        None => size.vertices(&repaired.mesh)?,
-    };
+    let count = vertices_for(size, &repaired, options, mesh.triangles.len())?;
     options.vertices = count;
     if size == Size::AsInput {
         notes.mention(&format!("no size given: keeping the input's vertex count, {count}"));

@@ -63,11 +63,12 @@ impl Follower {
     /// The vertices of the result on another pose of the input: the input's vertices elsewhere, with the same
     /// triangles or none.
     ///
-    /// Each vertex is at its place on the pose's surface; if it was off the surface, it is off as far, turned
-    /// and stretched as the surface around it.
+    /// Each vertex is at its place on the pose's surface; an offset is turned and stretched as the surface
+    /// around it.
     ///
     /// # Errors
-    /// [`Error::Input`] for another number of vertices, or other triangles.
+    /// [`Error::Input`] for another number of vertices, other triangles, or coordinates that are not
+    /// finite or too large.
     pub fn follow(&self, pose: &TriMesh) -> Result<Vec<DVec3>> {
         self.check(pose)?;
         let stretches = self.stretches(&pose.vertices);
@@ -78,7 +79,12 @@ impl Follower {
             let terms = corners.iter().zip(place.barycentric).map(|(v, weight)| stretches[*v] * weight);
             a + (b - a) * v + (c - a) * w + terms.sum::<DMat3>() * *offset
         };
-        Ok(self.vertices.par_iter().zip(&self.offsets).map(of_one).collect())
+        let moved: Vec<DVec3> = self.vertices.par_iter().zip(&self.offsets).map(of_one).collect();
+        if moved.iter().all(|p| p.is_finite()) {
+            return Ok(moved);
+        }
+        let problem = "the pose has coordinates that are not finite or too large";
+        Err(Error::input(None, problem, "mend or leave out this pose"))
     }
 
     /// Checks what [`Follower::follow`] does.
@@ -95,7 +101,7 @@ impl Follower {
         }
         let problem = match own.iter().zip(other).position(|(own, other)| own != other) {
             Some(first) if own.len() == other.len() => {
-                format!("triangle {first} of the pose has other vertices than that of the input")
+                format!("triangle {} of the pose has other vertices than that of the input", first + 1)
             }
             _ => format!("the pose has {} triangles, and the input has {}", other.len(), own.len()),
         };

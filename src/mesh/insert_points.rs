@@ -1,13 +1,14 @@
 //! Points of a surface made vertices of its mesh; the surface stays the same.
 
-use super::bvh::Bvh;
-use super::half_edges::edge_key;
+use super::bvh::{Bvh, Closest};
+use super::half_edges::{EdgeSet, edge_key};
 use super::triangle::{closest_on_triangle, doubled_normal};
 use super::unit_frame::UnitFrame;
-use super::{NONE, TriMesh};
-use crate::{ProgressToken, Result};
+use super::{NONE, TriMesh, position_key};
+use crate::{Error, ProgressToken, Result};
 use glam::DVec3;
-use std::collections::HashMap;
+use rand::{RngExt, SeedableRng};
+use std::collections::{HashMap, HashSet};
 
 /// Points this close to the surface, in diagonals, become vertices where they are; others do where the
 /// surface is closest to them.
@@ -22,6 +23,8 @@ const STEEP: f64 = 10.0;
 /// Nor are triangles turned over by sharp edges that bend to a point in them: it is not farther from the edge
 /// than this share of their height.
 const MOST_OF_HEIGHT: f64 = 0.3;
+/// Points between two polls.
+const POLL: usize = 1024;
 
 /// A mesh with more vertices. Those of the first one, and the triangles that no point is in, keep their
 /// places; new ones follow.
@@ -48,69 +51,161 @@ pub struct Snapping {
     pub distance: f64,
 }
 
-/// Makes vertices of points. The vertices in `fixed` stay where they are, and a point there is one of them. A
-/// point beside a sharp edge or a boundary is put there: the edge then bends by that much.
-///
-/// # Errors
-/// [`crate::Error::Input`] for a mesh without extent, [`crate::Error::Cancelled`].
-pub fn insert_points(
-    mesh: &TriMesh,
-    points: &[DVec3],
-    fixed: &[u32],
-    snapping: &Snapping,
-    progress: &ProgressToken,
-) -> Result<Inserted> {
-    let frame = UnitFrame::of(mesh)?;
-    let snapping = Snapping { distance: snapping.distance / frame.scale, ..*snapping };
-    let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
-    let tree = Bvh::new(&TriMesh { vertices: unit.clone(), triangles: mesh.triangles.clone() });
-    let mut growing = Growing::new(mesh, unit, fixed, snapping);
-    let (mut vertices, mut distances) = (Vec::new(), Vec::new());
-    let mut rank = 0;
-    for (k, point) in points.iter().enumerate() {
-        if k.is_multiple_of(1024) {
-            progress.poll()?;
+/// What of a mesh stays as it is when points become vertices of it.
+#[derive(Debug, Clone, Copy)]
+pub struct KeptParts<'a> {
+    /// Vertices that do not move.
+    pub vertices: &'a [u32],
+    /// Edges that are not divided, each as its [`edge_key`].
+    pub edges: &'a EdgeSet,
+}
+
+/// Points, and where the surface of a mesh is closest to them.
+pub struct PointsOnSurface<'a> {
+    mesh: &'a TriMesh,
+    points: &'a [DVec3],
+    frame: UnitFrame,
+    /// The vertices of the mesh in the unit frame.
+    unit: Vec<DVec3>,
+    /// In the unit frame; none for points that are too far away.
+    closest: Vec<Option<Closest>>,
+    distances: Vec<f64>,
+}
+
+impl<'a> PointsOnSurface<'a> {
+    /// Finds them.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a mesh without extent, [`Error::Cancelled`].
+    pub fn find(mesh: &'a TriMesh, points: &'a [DVec3], progress: &ProgressToken) -> Result<Self> {
+        let frame = UnitFrame::of(mesh)?;
+        let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+        let tree = Bvh::new(&TriMesh { vertices: unit.clone(), triangles: mesh.triangles.clone() });
+        let (mut closest, mut distances) = (Vec::new(), Vec::new());
+        let mut rank = 0;
+        for (k, point) in points.iter().enumerate() {
+            if k.is_multiple_of(POLL) {
+                progress.poll()?;
+            }
+            let found = tree.closest_from(frame.to_unit(*point), &mut rank);
+            let distance = found.map_or(f64::INFINITY, |found| found.distance_sq.sqrt());
+            distances.push(distance);
+            closest.push(found.filter(|_| distance <= FAR));
         }
-        let at = frame.to_unit(*point);
-        let closest = tree.closest_from(at, &mut rank);
-        let distance = closest.map_or(f64::INFINITY, |closest| closest.distance_sq.sqrt());
-        distances.push(distance);
-        vertices.push(match closest.filter(|_| distance <= FAR) {
-            None => NONE,
-            Some(closest) if distance <= ON_SURFACE => {
-                growing.insert(closest.triangle, (at, *point), NEAR.max(STEEP * distance))
-            }
-            Some(closest) => {
-                let there = (closest.point, frame.to_input_units(closest.point));
-                growing.insert(closest.triangle, there, NEAR)
-            }
-        });
+        Ok(Self { mesh, points, frame, unit, closest, distances })
     }
-    let Growing { mesh, origin, divides, .. } = growing;
-    Ok(Inserted { mesh, origin, divides, vertices, distances })
+
+    /// How many vertices these ones of the mesh and the points are together.
+    pub fn count_with(&self, vertices: &[u32]) -> usize {
+        let near = self.points.iter().zip(&self.closest).filter(|(_, closest)| closest.is_some());
+        let own = vertices.iter().map(|v| &self.mesh.vertices[*v as usize]);
+        own.chain(near.map(|(point, _)| point)).map(|p| position_key(*p)).collect::<HashSet<_>>().len()
+    }
+
+    /// Makes vertices of the points. A point beside a sharp edge or a boundary is put there: the edge then
+    /// bends by that much.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a point too close to another one or to what is kept, [`Error::Cancelled`].
+    pub fn insert(self, kept: KeptParts, snapping: &Snapping, progress: &ProgressToken) -> Result<Inserted> {
+        let Self { mesh, points, frame, unit, closest, distances } = self;
+        let snapping = Snapping { distance: snapping.distance / frame.scale, ..*snapping };
+        let mut growing = Growing::new(mesh, unit, kept, snapping);
+        let mut vertices = vec![NONE; points.len()];
+        let mut point_of: HashMap<u32, usize> = HashMap::new();
+        for (turn, k) in shuffled(points.len()).into_iter().enumerate() {
+            if turn.is_multiple_of(POLL) {
+                progress.poll()?;
+            }
+            let (Some(closest), point) = (closest[k], points[k]) else { continue };
+            let (there, near) = match distances[k] {
+                distance if distance <= ON_SURFACE => {
+                    ((frame.to_unit(point), point), NEAR.max(STEEP * distance))
+                }
+                _ => ((closest.point, frame.to_input_units(closest.point)), NEAR),
+            };
+            let place = growing.insert(closest.triangle, there, near);
+            let of_kept = |v: u32| growing.mesh.vertices[v as usize];
+            vertices[k] = match place {
+                Place::Vertex(v) => v,
+                Place::Kept(v) => match point_of.get(&v) {
+                    Some(other) if points[*other] == point => v,
+                    Some(other) => return Err(too_close(point, "the point", points[*other])),
+                    None if of_kept(v) == point => v,
+                    None => return Err(too_close(point, "the vertex", of_kept(v))),
+                },
+                Place::KeptEdge([a, b]) => {
+                    return Err(too_close(point, "the edge at", of_kept(a).midpoint(of_kept(b))));
+                }
+            };
+            point_of.entry(vertices[k]).or_insert(k);
+        }
+        let Growing { mesh, origin, divides, .. } = growing;
+        Ok(Inserted { mesh, origin, divides, vertices, distances })
+    }
+}
+
+/// The numbers below `count` in an order that has nothing to do with the points: in that of a grid or a line,
+/// the tree of a triangle's parts would be as deep as there are points in it.
+fn shuffled(count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(1);
+    (1..count).rev().for_each(|k| order.swap(k, random.random_range(0..=k)));
+    order
+}
+
+/// The error about a point next to something else that stays.
+fn too_close(point: DVec3, what: &str, other: DVec3) -> Error {
+    let [p, q] = [point, other].map(|DVec3 { x, y, z }| format!("({x}, {y}, {z})"));
+    let problem = format!("the point {p} of `points` is too close to {what} {q}, which is kept as well");
+    Error::option("points", problem, "remove one of them, or give both more exactly on the surface")
+}
+
+/// Where a point is put.
+enum Place {
+    /// It is this vertex, which is there for it.
+    Vertex(u32),
+    /// It would be this one, which stays where it is.
+    Kept(u32),
+    /// It would divide this edge, which stays whole.
+    KeptEdge([u32; 2]),
+}
+
+/// A part of a triangle, and its own parts.
+struct Part {
+    corners: [u32; 3],
+    /// Its triangle in the mesh, while it is not divided.
+    triangle: u32,
+    /// The numbers of its parts.
+    parts: Vec<usize>,
 }
 
 /// A mesh that gets more vertices.
-struct Growing {
+struct Growing<'a> {
     mesh: TriMesh,
     /// Its vertices in the unit frame.
     unit: Vec<DVec3>,
     origin: Vec<u32>,
     divides: Vec<[u32; 2]>,
     is_fixed: Vec<bool>,
+    whole: &'a EdgeSet,
     snapping: Snapping,
     /// Whether each vertex of the first mesh has a sharp edge or one at a boundary.
     is_sharp: Vec<bool>,
-    /// The triangles that divided ones became.
-    parts: HashMap<u32, Vec<u32>>,
+    /// The triangles that were divided, with all their parts.
+    parts: Vec<Part>,
+    /// The part that each divided triangle of the first mesh is.
+    first_part: HashMap<u32, usize>,
+    /// The part that each triangle is, if it is one of a divided one.
+    part_of: HashMap<u32, usize>,
     /// The triangles at each edge.
     at_edge: HashMap<(u32, u32), Vec<u32>>,
 }
 
-impl Growing {
-    fn new(mesh: &TriMesh, unit: Vec<DVec3>, fixed: &[u32], snapping: Snapping) -> Self {
+impl<'a> Growing<'a> {
+    fn new(mesh: &TriMesh, unit: Vec<DVec3>, kept: KeptParts<'a>, snapping: Snapping) -> Self {
         let mut is_fixed = vec![false; unit.len()];
-        fixed.iter().for_each(|v| is_fixed[*v as usize] = true);
+        kept.vertices.iter().for_each(|v| is_fixed[*v as usize] = true);
         let mut at_edge: HashMap<(u32, u32), Vec<u32>> = HashMap::with_capacity(3 * mesh.triangles.len() / 2);
         for (t, [a, b, c]) in (0..).zip(&mesh.triangles) {
             for (a, b) in [(a, b), (b, c), (c, a)] {
@@ -124,8 +219,11 @@ impl Growing {
             origin: (0..mesh.triangles.len() as u32).collect(),
             divides: Vec::new(),
             is_fixed,
+            whole: kept.edges,
             snapping,
-            parts: HashMap::new(),
+            parts: Vec::new(),
+            first_part: HashMap::new(),
+            part_of: HashMap::new(),
             at_edge,
         };
         let sharp = growing.at_edge.iter().filter(|(_, around)| !growing.is_smooth(around));
@@ -138,14 +236,40 @@ impl Growing {
         self.mesh.triangles[t as usize].map(|v| self.unit[v as usize])
     }
 
+    /// The triangle that a point of a triangle of the first mesh is on, or is closest to.
+    fn find(&self, origin: u32, at: DVec3) -> u32 {
+        let distance = |corners: [u32; 3]| {
+            let corners = corners.map(|v| self.unit[v as usize]);
+            closest_on_triangle(at, corners).point.distance_squared(at)
+        };
+        let of_triangle = |t: u32| distance(self.mesh.triangles[t as usize]);
+        let mut triangle = origin;
+        let mut next = self.first_part.get(&origin).copied();
+        while let Some(part) = next.map(|part| &self.parts[part]) {
+            triangle = part.triangle;
+            let of_part = |part: &usize| distance(self.parts[*part].corners);
+            next = part.parts.iter().copied().min_by(|a, b| of_part(a).total_cmp(&of_part(b)));
+        }
+        // Parts lie over each other slightly where points are off the surface.
+        loop {
+            let [a, b, c] = self.mesh.triangles[triangle as usize];
+            let around = [(a, b), (b, c), (c, a)].into_iter().flat_map(|(a, b)| {
+                self.at_edge.get(&edge_key(a, b)).into_iter().flatten().copied().collect::<Vec<u32>>()
+            });
+            let of_same = around.filter(|t| self.origin[*t as usize] == origin);
+            let closest = of_same.min_by(|a, b| of_triangle(*a).total_cmp(&of_triangle(*b)));
+            match closest.filter(|t| of_triangle(*t) < of_triangle(triangle)) {
+                Some(closer) => triangle = closer,
+                None => return triangle,
+            }
+        }
+    }
+
     /// Makes a vertex of a point of a triangle of the first mesh, given in the unit frame and in the units of
     /// the mesh.
-    fn insert(&mut self, origin: u32, point: (DVec3, DVec3), near: f64) -> u32 {
+    fn insert(&mut self, origin: u32, point: (DVec3, DVec3), near: f64) -> Place {
         let at = point.0;
-        let distance = |t: &u32| closest_on_triangle(at, self.corners(*t)).point.distance_squared(at);
-        let parts = self.parts.get(&origin).map_or([origin].as_slice(), Vec::as_slice).to_vec();
-        let closest = parts.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let t = closest.unwrap_or(origin);
+        let t = self.find(origin, at);
         let [a, b, c] = self.mesh.triangles[t as usize];
         let sides = [[a, b], [b, c], [c, a]];
         let reaches = sides.map(|side| self.reach_of(side, t).max(near));
@@ -159,17 +283,22 @@ impl Growing {
             _ => near,
         };
         let is_fixed = self.is_fixed[nearest as usize];
-        if corner(&nearest) <= if is_fixed { near } else { reach } {
-            if !is_fixed {
-                (self.unit[nearest as usize], self.mesh.vertices[nearest as usize]) = point;
-                self.is_fixed[nearest as usize] = true;
-            }
-            return nearest;
+        if is_fixed && corner(&nearest) <= near {
+            return Place::Kept(nearest);
+        }
+        if !is_fixed && corner(&nearest) <= reach {
+            (self.unit[nearest as usize], self.mesh.vertices[nearest as usize]) = point;
+            self.is_fixed[nearest as usize] = true;
+            return Place::Vertex(nearest);
         }
         let near_sides =
             sides.into_iter().zip(reaches).filter(|(side, reach)| self.distance(side, at) <= *reach);
         let by_distance = |a: &[u32; 2], b: &[u32; 2]| self.distance(a, at).total_cmp(&self.distance(b, at));
         let edge = near_sides.map(|(side, _)| side).min_by(by_distance);
+        let is_whole = |[a, b]: &[u32; 2]| self.whole.contains(&edge_key(*a, *b));
+        if let Some(edge) = edge.filter(is_whole) {
+            return Place::KeptEdge(edge);
+        }
         let new = self.unit.len() as u32;
         self.unit.push(point.0);
         self.mesh.vertices.push(point.1);
@@ -181,7 +310,7 @@ impl Growing {
             self.divides.push([NONE; 2]);
             self.divide_triangle(t, new);
         }
-        new
+        Place::Vertex(new)
     }
 
     /// How far a point is from an edge.
@@ -212,8 +341,7 @@ impl Growing {
 
     fn divide_triangle(&mut self, t: u32, v: u32) {
         let [a, b, c] = self.mesh.triangles[t as usize];
-        self.mesh.triangles[t as usize] = [a, b, v];
-        let [second, third] = [[b, c, v], [c, a, v]].map(|triangle| self.add(t, triangle));
+        let [second, third] = self.divide(t, [[a, b, v], [b, c, v], [c, a, v]])[..] else { return };
         self.replace((b, c), t, second);
         self.replace((c, a), t, third);
         for (end, pair) in [(a, [t, third]), (b, [t, second]), (c, [second, third])] {
@@ -229,8 +357,7 @@ impl Growing {
                 triangle.rotate_left(1);
             }
             let [x, y, z] = triangle;
-            self.mesh.triangles[t as usize] = [x, v, z];
-            let new = self.add(t, [v, y, z]);
+            let [new] = self.divide(t, [[x, v, z], [v, y, z]])[..] else { return };
             self.replace((y, z), t, new);
             for (end, triangle) in [(x, t), (y, new), (z, t), (z, new)] {
                 self.at_edge.entry(edge_key(end, v)).or_default().push(triangle);
@@ -238,14 +365,30 @@ impl Growing {
         }
     }
 
-    /// Adds a part of a triangle.
-    fn add(&mut self, t: u32, triangle: [u32; 3]) -> u32 {
-        let new = self.mesh.triangles.len() as u32;
-        let origin = self.origin[t as usize];
-        self.mesh.triangles.push(triangle);
-        self.origin.push(origin);
-        self.parts.entry(origin).or_insert_with(|| vec![origin]).push(new);
-        new
+    /// Replaces a triangle by parts of it, of which the first takes its number; returns the others' numbers.
+    fn divide<const N: usize>(&mut self, t: u32, parts: [[u32; 3]; N]) -> Vec<u32> {
+        let (origin, corners) = (self.origin[t as usize], self.mesh.triangles[t as usize]);
+        let divided = self.part_of.get(&t).copied().unwrap_or_else(|| {
+            self.first_part.insert(t, self.parts.len());
+            self.parts.push(Part { corners, triangle: t, parts: Vec::new() });
+            self.parts.len() - 1
+        });
+        let mut added = Vec::new();
+        for (k, corners) in parts.into_iter().enumerate() {
+            let triangle = if k == 0 { t } else { self.mesh.triangles.len() as u32 };
+            if k == 0 {
+                self.mesh.triangles[t as usize] = corners;
+            } else {
+                self.mesh.triangles.push(corners);
+                self.origin.push(origin);
+                added.push(triangle);
+            }
+            let number = self.parts.len();
+            self.part_of.insert(triangle, number);
+            self.parts[divided].parts.push(number);
+            self.parts.push(Part { corners, triangle, parts: Vec::new() });
+        }
+        added
     }
 
     fn replace(&mut self, (a, b): (u32, u32), old: u32, new: u32) {
@@ -262,8 +405,14 @@ mod tests {
 
     const SNAPPING: Snapping = Snapping { feature_angle: 40.0, distance: 0.0 };
 
+    fn try_insert(mesh: &TriMesh, points: &[DVec3], vertices: &[u32], by: &Snapping) -> Result<Inserted> {
+        let progress = ProgressToken::default();
+        let located = PointsOnSurface::find(mesh, points, &progress)?;
+        located.insert(KeptParts { vertices, edges: &EdgeSet::new() }, by, &progress)
+    }
+
     fn inserted(mesh: &TriMesh, points: &[DVec3]) -> Inserted {
-        let found = insert_points(mesh, points, &[], &SNAPPING, &ProgressToken::default()).unwrap();
+        let found = try_insert(mesh, points, &[], &SNAPPING).unwrap();
         let (before, after) = (topology(mesh), topology(&found.mesh));
         assert_eq!(
             (before.components, before.euler, before.boundary_loops),
@@ -305,7 +454,7 @@ mod tests {
     fn points_off_the_surface_are_projected_or_left_out() {
         let mesh = sample("box").unwrap();
         let points = [DVec3::new(0.3, 0.6, 1.0001), DVec3::new(0.3, 0.4, 1.01), DVec3::new(0.0, 0.0, 9.0)];
-        let found = insert_points(&mesh, &points, &[], &SNAPPING, &ProgressToken::default()).unwrap();
+        let found = try_insert(&mesh, &points, &[], &SNAPPING).unwrap();
         let at = |k: usize| found.mesh.vertices[found.vertices[k] as usize];
         assert_eq!(at(0), points[0]);
         assert!(at(1).distance(DVec3::new(0.3, 0.4, 1.0)) < 1e-9);
@@ -318,7 +467,7 @@ mod tests {
         let mesh = sample("box").unwrap();
         let snapping = Snapping { feature_angle: 40.0, distance: 0.02 };
         let points = [DVec3::new(0.3, 0.01, 1.0), DVec3::new(0.99, 0.99, 1.0), DVec3::new(0.3, 0.1, 1.0)];
-        let found = insert_points(&mesh, &points, &[], &snapping, &ProgressToken::default()).unwrap();
+        let found = try_insert(&mesh, &points, &[], &snapping).unwrap();
         assert!(found.divides[0] != [NONE; 2] && found.divides.len() == 2, "{:?}", found.divides);
         assert!(found.vertices[1] < 8 && found.divides[1] == [NONE; 2], "{:?}", found.vertices);
         for (point, v) in points.iter().zip(&found.vertices) {
@@ -336,5 +485,66 @@ mod tests {
         let points: Vec<DVec3> = (1..300).map(point).collect();
         let found = inserted(&mesh, &points);
         assert_eq!(found.mesh.vertices.len(), 8 + 299);
+    }
+
+    #[test]
+    fn points_too_close_to_others_are_refused_by_name() {
+        let mesh = sample("box").unwrap();
+        // Both are off the surface, by a tenth of what is between them.
+        let points = [DVec3::new(0.3, 0.6, 1.0001), DVec3::new(0.3005, 0.6, 1.0001)];
+        let refused = try_insert(&mesh, &points, &[], &SNAPPING).unwrap_err().to_string();
+        assert!(refused.contains("(0.3, 0.6, 1.0001)") && refused.contains("(0.3005, 0.6, 1.0001)"));
+        // One above the other, which has a vertex there.
+        let above = [DVec3::new(0.3, 0.6, 1.001), DVec3::new(0.3, 0.6, 1.002)];
+        assert!(try_insert(&mesh, &above, &[], &SNAPPING).is_err());
+        let apart = [points[0], DVec3::new(0.302, 0.6, 1.0001)];
+        let found = try_insert(&mesh, &apart, &[], &SNAPPING).unwrap();
+        assert!(found.vertices.iter().zip(apart).all(|(v, p)| found.mesh.vertices[*v as usize] == p));
+        let beside = mesh.vertices[7] - DVec3::new(1e-7, 0.0, 0.0);
+        let refused = try_insert(&mesh, &[beside], &[7], &SNAPPING).unwrap_err().to_string();
+        assert!(refused.contains("the vertex (1, 0, 1)"), "{refused}");
+        let there = try_insert(&mesh, &[mesh.vertices[7]], &[7], &SNAPPING).unwrap();
+        assert_eq!(there.vertices, [7]);
+    }
+
+    #[test]
+    fn edges_that_are_kept_are_not_divided() {
+        let mesh = sample("box").unwrap();
+        let on_edge = [DVec3::new(0.5, 0.0, 0.0)];
+        let ends = |v: usize| mesh.vertices[v];
+        let is_it = |a: usize, b: usize| ends(a).midpoint(ends(b)) == on_edge[0];
+        let edges = (0..8).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|(a, b)| is_it(*a, *b));
+        let edges: EdgeSet = edges.map(|(a, b)| edge_key(a as u32, b as u32)).collect();
+        let progress = ProgressToken::default();
+        let kept = KeptParts { vertices: &[], edges: &edges };
+        let located = PointsOnSurface::find(&mesh, &on_edge, &progress).unwrap();
+        let refused = located.insert(kept, &SNAPPING, &progress).unwrap_err().to_string();
+        assert!(edges.len() == 1 && refused.contains("the edge at (0.5, 0, 0)"), "{refused}");
+    }
+
+    #[test]
+    fn the_parts_of_a_triangle_are_found_in_few_steps() {
+        let mesh = sample("box").unwrap();
+        // In the order of a line, which would make a tree as deep as there are points.
+        let points: Vec<DVec3> =
+            (0..20_000).map(|k| DVec3::new(0.1 + 4e-5 * f64::from(k), 0.05, 1.0)).collect();
+        let progress = ProgressToken::default();
+        let edges = EdgeSet::new();
+        let unit = mesh.vertices.clone();
+        let mut growing = Growing::new(&mesh, unit, KeptParts { vertices: &[], edges: &edges }, SNAPPING);
+        let located = PointsOnSurface::find(&mesh, &points, &progress).unwrap();
+        for k in shuffled(points.len()) {
+            let there = (points[k], points[k]);
+            assert!(matches!(
+                growing.insert(located.closest[k].unwrap().triangle, there, 1e-9),
+                Place::Vertex(_)
+            ));
+        }
+        let mut depth = vec![0u32; growing.parts.len()];
+        for (k, part) in growing.parts.iter().enumerate() {
+            part.parts.iter().for_each(|own| depth[*own] = depth[k] + 1);
+        }
+        let deepest = depth.iter().max().unwrap();
+        assert!(*deepest < 80, "{deepest}");
     }
 }

@@ -50,6 +50,7 @@ impl Options {
         min_angle: f64,
         feature_angle: f64,
         points: Vec<DVec3>,
+        keep: Vec<u32>,
         keep_boundary: bool,
         fixed_half_edges: Vec<u32>,
         label_borders: Vec<u32>,

@@ -151,11 +151,14 @@ pub struct CoarseToFineOptions {
     /// surface than a ten-thousandth of the diagonal becomes the nearest point of it, with a warning; one
     /// farther than a twentieth is left out.
     pub points: Vec<DVec3>,
+    /// Triangles of the input that stay as they are, with their vertices; the rest is joined to them, and
+    /// counted with them. Those that repair changes stay as it leaves them.
+    pub keep: Vec<u32>,
     /// Whether the vertices and edges of the input's boundary are those of the result, exactly.
     pub keep_boundary: bool,
     /// Makes the result its own mirror image, vertex by vertex, along an axis; the input must be symmetric
-    /// within 0.1 % of the diagonal. One half is remeshed and mirrored, so there may be one vertex more or
-    /// fewer than asked for. `None` does not care.
+    /// within 0.1 % of the diagonal. One half is remeshed and mirrored, so there may be a vertex more or
+    /// fewer than asked for, or several if there are very few. `None` does not care.
     pub symmetric: Option<Symmetry>,
     /// Input half-edges that are also kept: `3 * triangle + k` goes from corner k of the triangle to the
     /// next. Half-edges of triangles that repair removes are ignored.
@@ -194,6 +197,7 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             points: Vec::new(),
+            keep: Vec::new(),
             keep_boundary: false,
             symmetric: None,
             fixed_half_edges: Vec::new(),
@@ -218,17 +222,16 @@ impl CoarseToFineOptions {
         }
         let points = ("points", !self.points.is_empty());
         let boundary = ("keep_boundary", self.keep_boundary);
+        let kept = ("keep", !self.keep.is_empty());
         let local = ("local", self.local);
         let deviation = ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)));
-        // Points and refined parts divide edges of the input, those of its boundary among them.
-        let refine = ("refine", !self.refine.is_empty());
         let contradictions = [
             (points, local),
             (points, deviation),
+            (kept, local),
+            (kept, deviation),
             (boundary, local),
             (boundary, deviation),
-            (boundary, points),
-            (boundary, refine),
         ];
         for ((name, is_given), (other, is_other_given)) in contradictions {
             if is_given && is_other_given {
@@ -248,6 +251,7 @@ impl CoarseToFineOptions {
             ("`features`", self.features.is_some()),
             ("`points`", !self.points.is_empty()),
             ("`keep_boundary`", self.keep_boundary),
+            ("`keep`", !self.keep.is_empty()),
             ("`refine`", !self.refine.is_empty()),
             ("kept labels, texture seams or rims", !self.label_borders.is_empty()),
             ("kept labels, texture seams or rims", !self.fixed_half_edges.is_empty()),

@@ -281,6 +281,10 @@ impl Options {
             let problem = "`keep_boundary` keeps what `smooth_boundary` moves";
             return Err(Error::option("keep_boundary", problem, "remove one of them"));
         }
+        if !self.coarse_to_fine.keep.is_empty() && self.smooth_boundary > 0.0 {
+            let problem = "`keep` keeps what `smooth_boundary` moves";
+            return Err(Error::option("keep", problem, "remove one of them"));
+        }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             let problem = format!("`tolerance` {} is out of range", self.tolerance);
             return Err(Error::option("tolerance", problem, "use 0 or a small number such as 1e-4"));

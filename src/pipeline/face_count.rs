@@ -4,8 +4,11 @@
 //! edges with s triangles: the number of boundary edges, on a manifold. It is known from the surface but for
 //! b, which depends on V a little.
 
+use super::kept::{Kept, in_units};
+use super::outcome::FaultKind;
 use super::preview::single_sides;
 use super::{Made, Summary, WarningCode};
+use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::topology::topology;
 use crate::options::{Method, Options, Sizing};
@@ -35,23 +38,33 @@ pub(super) fn with_vertices(
             &own
         }
     };
-    let input = topology(&repaired.mesh);
+    let mut rest = repaired.clone();
+    let options = &in_units(options, &rest.mesh)?;
+    let kept = Kept::cut_off(&mut rest, options, mesh.triangles.len())?;
+    let others = kept.as_ref().map_or([0; 2], |kept| [kept.own_vertices(), kept.triangles()]);
+    let input = topology(&rest.mesh);
     let vertices = |single: i64| {
-        let vertices = (faces as i64 + single).div_euclid(2) + input.euler;
-        usize::try_from(vertices).unwrap_or(0).max(4)
+        let vertices = (faces as i64 - others[1] as i64 + single).div_euclid(2) + input.euler;
+        usize::try_from(vertices + others[0] as i64).unwrap_or(0).max(4)
     };
     let mut found = Options { vertices: vertices(0), ..options.clone() };
-    let is_closed = input.boundary_edges == 0 && input.nonmanifold_edges == 0;
-    if is_closed || !can_vary(options) {
+    if !may_change(options, &rest.mesh) {
         return Ok(found);
     }
     for _ in 0..ROUNDS {
-        let next = vertices(single_sides(mesh, repaired, &found)?);
+        let next = vertices(single_sides(mesh, &rest, kept.as_ref(), &found)?);
         if std::mem::replace(&mut found.vertices, next) == next {
             break;
         }
     }
     Ok(found)
+}
+
+/// Whether the number of vertices that leads to the triangles asked for is only known after a run on this
+/// mesh.
+pub(super) fn may_change(options: &Options, mesh: &TriMesh) -> bool {
+    let has_single_sides = || EdgeTable::new(&mesh.triangles).edges().any(|sides| sides.len() != 2);
+    options.faces.is_some() && can_vary(options) && has_single_sides()
 }
 
 /// Whether runs can be made with another number of vertices than that of the options.
@@ -64,14 +77,24 @@ fn can_vary(options: &Options) -> bool {
 pub(super) struct FaceCount {
     asked: usize,
     got: usize,
+    /// How bad the mesh's fault is; 0 for none.
+    fault: u8,
 }
 
 impl FaceCount {
     /// If a number was asked for.
     pub fn of(made: &Made, options: &Options) -> Option<Self> {
         let small = made.prepared.small.iter().map(|part| part.triangles.len()).sum::<usize>();
-        let got = made.outcome.mesh.triangles.len() + small;
-        options.faces.map(|asked| Self { asked, got })
+        let kept = made.prepared.kept.as_ref().map_or(0, Kept::triangles);
+        let got = made.outcome.mesh.triangles.len() + small + kept;
+        let fault = made.outcome.fault.as_ref().map_or(0, |fault| match fault.kind {
+            FaultKind::Slivers(_) => 0,
+            FaultKind::Intersections(_) => 1,
+            FaultKind::Missing => 2,
+            FaultKind::SliversAllOver => 3,
+            FaultKind::Topology => 4,
+        });
+        options.faces.map(|asked| Self { asked, got, fault })
     }
 
     /// Another number of vertices with which the number of triangles may be met, after these were tried.
@@ -87,9 +110,10 @@ impl FaceCount {
         Some(other)
     }
 
-    /// Whether it is nearer to what was asked for, and not more if the other one is not.
+    /// Whether the mesh has a lesser fault; or else whether its number is nearer to what was asked for, and
+    /// not more if that of the other one is not.
     pub fn is_better_than(self, other: Self) -> bool {
-        let key = |count: Self| (count.got > count.asked, count.got.abs_diff(count.asked));
+        let key = |count: Self| (count.fault, count.got > count.asked, count.got.abs_diff(count.asked));
         key(self) < key(other)
     }
 }
@@ -104,10 +128,11 @@ pub(super) fn tell(options: &Options, summary: &mut Summary) {
     match asked.checked_sub(got) {
         Some(0) => {}
         Some(1) if is_closed => {
-            summary.remarks.push(format!("{text}: closed surfaces have an even number of triangles"));
+            summary.remarks.push(format!("{text}, because closed surfaces have an even number of triangles"));
         }
         Some(1 | 2) if !is_closed => {
-            summary.remarks.push(format!("{text}: it depends on the number of boundary edges, too"));
+            let cause = "because it depends on the number of boundary edges as well";
+            summary.remarks.push(format!("{text}, {cause}"));
         }
         _ => summary.warn(WarningCode::FaceCount, text),
     }
@@ -119,8 +144,10 @@ mod tests {
 
     #[test]
     fn other_vertices_make_up_for_pairs_of_triangles() {
-        let of = |got| FaceCount { asked: 1001, got };
+        let of = |got| FaceCount { asked: 1001, got, fault: 0 };
         assert!(of(990).is_better_than(of(1002)) && of(1000).is_better_than(of(999)));
+        let faulty = FaceCount { fault: 1, ..of(1001) };
+        assert!(of(990).is_better_than(faulty) && !faulty.is_better_than(of(990)));
         let options = Options::new(500);
         assert_eq!(of(1000).other_vertices(&[500], &options), None);
         assert_eq!(of(997).other_vertices(&[500], &options), Some(502));

@@ -8,6 +8,7 @@ use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
 use crate::options::{MeasureDepth, Method, Options, Sizing};
 use crate::pipeline::deviation::measured::ACCURACY;
+use crate::pipeline::kept::Kept;
 use crate::pipeline::rounding::Rounding;
 use crate::sites::restricted_voronoi::{Energy, energy};
 use crate::{ProgressToken, Result, TriMesh};
@@ -102,12 +103,16 @@ impl Measuring<'_> {
 pub(crate) fn correspondence_of(
     result: &TriMesh,
     input: &TriMesh,
-    repaired: &Repaired,
+    (repaired, kept): (&Repaired, Option<&Kept>),
     options: &Options,
     search: Option<SurfaceSearch>,
     progress: &ProgressToken,
 ) -> Result<Option<Correspondence>> {
     let request = options.correspondence;
     let find = || find_correspondence_by(search, input, repaired, result, request, progress);
-    (request != CorrespondenceRequest::NONE).then(find).transpose()
+    let mut found = (request != CorrespondenceRequest::NONE).then(find).transpose()?;
+    if let (Some(found), Some(kept)) = (&mut found, kept) {
+        kept.set_places(found, input, result);
+    }
+    Ok(found)
 }

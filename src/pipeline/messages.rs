@@ -2,9 +2,10 @@
 
 use crate::grammar::counted;
 use crate::measure::relative_volume;
-use crate::mesh::repair::{Cracks, RepairCounts, cracks};
+use crate::mesh::repair::{Cracks, RepairCounts, Repaired, cracks};
 use crate::mesh::topology::Topology;
 use crate::pipeline::deviation::DeviationSummary;
+use crate::pipeline::kept::Kept;
 use crate::pipeline::rounding::Rounding;
 use crate::pipeline::shape_warnings::Shapes;
 use crate::pipeline::sides::are_opposite;
@@ -14,13 +15,14 @@ use crate::stages::flags::FlagCounts;
 
 /// What was unusual about the input, and what was done about it.
 pub(crate) fn remarks(
-    repaired: &RepairCounts,
+    (repaired, kept): (&Repaired, Option<&Kept>),
     input: &Topology,
     crossing: Option<usize>,
     collapsed: usize,
     rounding: Option<&Rounding>,
 ) -> Vec<String> {
-    let mut list = repaired.notes();
+    let mut list = repaired.counts.notes();
+    list.extend(kept.map(Kept::remark));
     let opposed = input.inconsistent_edges.saturating_sub(input.nonmanifold_edges);
     let lines = [
         (

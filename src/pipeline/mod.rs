@@ -10,6 +10,7 @@ mod face_count;
 mod fallback;
 mod given_up;
 mod intersections;
+pub(crate) mod kept;
 mod measuring;
 mod memory;
 mod messages;
@@ -38,6 +39,7 @@ use crate::mesh::repair::Repaired;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Length, Options, Sizing};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
@@ -50,10 +52,11 @@ use coarse_to_fine::surface_model::SurfaceModel;
 use deviation::{Course, make_within};
 use face_count::{FaceCount, with_vertices};
 use given_up::Searched;
+use kept::{Kept, in_units};
 use measuring::{MeasureRequest, Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
 use outcome::{Fault, Outcome};
-use prepare::Prepared;
+use prepare::{Prepared, repaired_for};
 use rounding::Rounding;
 use shape_warnings::Shapes;
 use std::time::Instant;
@@ -108,7 +111,14 @@ pub fn remesh_repaired<F: Into<Flow>>(
     mut progress: impl FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
     options.validate()?;
-    let options = &with_vertices(mesh, repaired.as_ref(), options)?;
+    let mut options = with_vertices(mesh, repaired.as_ref(), options)?;
+    let mut repaired = repaired;
+    if !options.coarse_to_fine.keep.is_empty() {
+        let whole = repaired_for(mesh, repaired, &options)?;
+        options = in_units(&options, &whole.mesh)?;
+        repaired = Some(whole);
+    }
+    let options = &options;
     let mut callback = |now| progress(now).into();
     if let Some(symmetry) = options.coarse_to_fine.symmetric {
         return remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback);
@@ -145,35 +155,35 @@ fn run(
 fn finish(
     mesh: &TriMesh,
     options: &Options,
-    (made, course): (Made, Course),
+    (Made { mut prepared, mut outcome }, course): (Made, Course),
     mut clock: Clock,
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
-    let Made { prepared, mut outcome } = made;
-    let (search, elsewhere) = (prepared.search(options), prepared.small_vertices());
-    let (mut result, pinned) = prepared.assemble(&mut outcome);
-    let Prepared { repaired, frame, input, small, surface, input_intersections, plan, .. } = prepared;
+    let (search, elsewhere) = (prepared.search(options), prepared.other_vertices());
+    let (mut result, pinned) = prepared.assemble(&mut outcome)?;
+    let Prepared { kept, repaired, frame, input, small, surface, input_intersections, plan, .. } = prepared;
+    let (kept, is_whole) = (kept.as_ref(), small.is_empty() && kept.is_none());
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.end_phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
-    let places = progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
-    places.iter().for_each(|_| clock.end_phase("source"));
+    let on = progress.during(|p| correspondence_of(&result, mesh, (&repaired, kept), options, search, p))?;
+    on.iter().for_each(|_| clock.end_phase("source"));
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
         reference: &repaired.mesh,
         rounding: rounding.as_mut(),
-        // Those of small components are not among the known ones.
-        intersecting_faces: outcome.intersecting_faces.filter(|_| small.is_empty()),
-        input_intersections: input_intersections.count().filter(|_| small.is_empty()),
+        intersecting_faces: outcome.intersecting_faces.filter(|_| is_whole),
+        input_intersections: input_intersections.count().filter(|_| is_whole),
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
     let cells = progress.during(|p| cells_of(&mut outcome, (&result, &repaired.mesh), &frame, options, p))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
     clock.end_phase("measure");
     progress.done(1.0)?;
-    let (deviation, diagonal) = (course.summary(measured.output.distances), frame.scale);
-    let spacing = diagonal * spacing(surface.area(), outcome.vertices);
+    let (deviation, diagonal) =
+        (course.summary(measured.output.distances), UnitFrame::of(&repaired.mesh)?.scale);
+    let spacing = frame.scale * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
     let warnings = warnings(&WarningInput {
         expected_vertices: outcome.vertices + elsewhere,
@@ -189,10 +199,10 @@ fn finish(
         deviation,
         shapes: Shapes { options, input: before, result: after, spacing, diagonal },
     });
-    let simplified = outcome.simplified_components + small.len();
-    let (crossing, smallest) = (measured.input_intersections, measured.output.quality.min_angle);
+    let (crossing, smallest, simplified) =
+        (measured.input_intersections, measured.output.quality.min_angle, outcome.simplified_components);
     let summary = Summary {
-        remarks: remarks(&repaired.counts, &input, crossing, simplified, rounding.as_ref()),
+        remarks: remarks((&repaired, kept), &input, crossing, simplified, rounding.as_ref()),
         input_self_intersecting_faces: crossing,
         collapsed_components: simplified,
         repaired: repaired.counts,
@@ -219,7 +229,7 @@ fn finish(
         deviation,
         timings: clock.timings(),
     };
-    Ok(Remeshed { mesh: result, correspondence: places, cells, summary })
+    Ok(Remeshed { mesh: result, correspondence: on, cells, summary })
 }
 
 /// The warnings of a surface's features in an outcome; `elsewhere` more vertices are on other components.
@@ -346,10 +356,19 @@ fn make(
     let mut prepared = progress.during(|progress| prepare(device, input, progress))?;
     clock.end_phase("prepare");
     let model = prepared.model.take();
-    let (context, small_vertices) = (prepared.context(device, options, deviation), prepared.small_vertices());
-    let attempts = Attempts { context, small_vertices, attempts_before };
-    let outcome = attempt(attempts, model, &prepared.sizes, progress, clock)?;
+    let (context, other_vertices) = (prepared.context(device, options, deviation), prepared.other_vertices());
+    let attempts = Attempts { context, other_vertices, attempts_before };
+    let outcome = attempt(attempts, model, &prepared.sizes, progress, clock);
+    let outcome = outcome.map_err(|error| of_rest(error, prepared.kept.as_ref()))?;
     Ok(Made { prepared, outcome })
+}
+
+/// An error about the number of vertices, where some are those of kept triangles.
+fn of_rest(error: Error, kept: Option<&Kept>) -> Error {
+    match kept {
+        Some(kept) => kept.of_rest(error),
+        None => error,
+    }
 }
 
 /// Prepares the input while kernels are compiled, which do not depend on it. Once it is prepared, what is

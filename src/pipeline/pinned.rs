@@ -1,11 +1,12 @@
 //! Vertices that the user wants where they are: points of the surface, and the boundary.
 
+use super::kept::Kept;
 use super::memory::MOST_HALVED;
 use super::warning::{Warning, WarningCode};
 use crate::grammar::counted;
 use crate::mesh::NONE;
-use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::insert_points::{FAR, Inserted, ON_SURFACE, Snapping, insert_points};
+use crate::mesh::half_edges::{EdgeSet, EdgeTable};
+use crate::mesh::insert_points::{FAR, Inserted, KeptParts, ON_SURFACE, PointsOnSurface, Snapping};
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::position_key;
 use crate::mesh::repair::Repaired;
@@ -30,16 +31,25 @@ const SNAP: f64 = 0.08;
 const FINE: f64 = 0.6;
 /// How much longer edges may be for each unit of distance from a point.
 const WIDENS: f64 = 0.5;
+/// Edges that stay whole may be this many times as long as those next to them.
+const COARSE: f64 = 5.0;
+/// From so many times the length of others on, edges become longer next to those that are kept.
+const LONG: f64 = 1.5;
+/// How much shorter they are for each unit of distance from there.
+const FALLS: f64 = 1.5;
+/// Edges next to one that stays whole may have this share of its length: with shorter ones, its triangle
+/// would become flat.
+const NEXT_TO_WHOLE: f64 = 0.75;
 
 /// The vertices of a repaired mesh that a result must have, at the same positions.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Pinned {
     /// Their indices, rising.
     pub vertices: Vec<u32>,
-    /// Whether boundary edges between them stay whole.
-    pub keeps_boundary: bool,
-    /// The length that edges are to have at each boundary vertex, in diagonals, if the boundary is kept and
-    /// its edges are shorter than others.
+    /// Edges between them that stay whole.
+    pub whole: EdgeSet,
+    /// The length that edges are to have next to edges that stay whole, in diagonals, where these are shorter
+    /// than others, or much longer.
     pub boundary_lengths: Vec<(u32, f64)>,
     /// The position of each by that in the unit frame, which is rounded.
     positions: HashMap<[u64; 3], DVec3>,
@@ -55,6 +65,7 @@ pub(super) type Divided = (u32, Vec<[u32; 2]>);
 fn divide_around(
     repaired: &mut Repaired,
     (at, vertices): (&[u32], usize),
+    whole: &WholeEdges,
     divided: &mut Vec<[u32; 2]>,
     progress: &ProgressToken,
 ) -> Result<()> {
@@ -66,7 +77,7 @@ fn divide_around(
         let middle = a.midpoint(b);
         let distance = tree.nearest(middle).map_or(f64::INFINITY, |k| places[k as usize].distance(middle));
         let beyond = (distance - 0.5 * a.distance(b)).max(0.0);
-        a.distance(b) / (FINE * spacing + WIDENS * beyond)
+        whole.size((a, b), FINE * spacing + WIDENS * beyond)
     };
     let most = repaired.mesh.triangles.len() + MOST_HALVED * vertices;
     let halved = halve_edges(&repaired.mesh, (1.0, size), most, progress)?;
@@ -78,47 +89,109 @@ fn divide_around(
     Ok(())
 }
 
+/// Edges that stay whole, by their ends, for meshes that are divided next to them.
+#[derive(Default)]
+pub(crate) struct WholeEdges {
+    edges: HashSet<[[u64; 3]; 2]>,
+    /// The length of the longest one at each end.
+    longest: HashMap<[u64; 3], f64>,
+}
+
+impl WholeEdges {
+    /// Edges of a mesh.
+    pub fn new(mesh: &TriMesh, edges: &EdgeSet) -> Self {
+        let mut whole = Self::default();
+        for (a, b) in edges {
+            let ends = [*a, *b].map(|v| mesh.vertices[v as usize]);
+            whole.edges.insert(keys(ends));
+            for key in keys(ends) {
+                let longest = whole.longest.entry(key).or_default();
+                *longest = longest.max(ends[0].distance(ends[1]));
+            }
+        }
+        whole
+    }
+
+    /// An edge's length over the length that is `allowed`; not above 1 if it is to stay as it is.
+    pub fn size(&self, (a, b): (DVec3, DVec3), allowed: f64) -> f64 {
+        let size = a.distance(b) / allowed;
+        if size <= 1.0 || self.longest.is_empty() {
+            return size;
+        }
+        let at_ends = keys([a, b]);
+        if self.edges.contains(&at_ends) {
+            return 0.0;
+        }
+        let longest = at_ends.iter().filter_map(|key| self.longest.get(key)).fold(0.0, |a: f64, b| a.max(*b));
+        a.distance(b) / allowed.max(NEXT_TO_WHOLE * longest)
+    }
+}
+
+/// The ends of an edge, in either order.
+fn keys(ends: [DVec3; 2]) -> [[u64; 3]; 2] {
+    let [a, b] = ends.map(position_key);
+    if a < b { [a, b] } else { [b, a] }
+}
+
 impl Pinned {
-    /// Those that the options name; points become vertices of the mesh. Also the first new vertex, and which
-    /// edges the new ones divide.
+    /// Those that the options name, and those at `kept` triangles; points become vertices of the mesh. Also
+    /// the first new vertex, and which edges the new ones divide.
     ///
     /// # Errors
     /// [`Error::Usage`] if so many vertices leave too few for the rest, and those of [`insert_points`].
     pub fn new(
         repaired: &mut Repaired,
         (options, vertices): (&Options, usize),
+        kept: Option<&Kept>,
         progress: &ProgressToken,
     ) -> Result<(Self, Divided)> {
         let method = &options.coarse_to_fine;
         let first = repaired.mesh.vertices.len() as u32;
         let mut pinned = Self::default();
         let mut divided = Vec::new();
-        if !method.keep_boundary && method.points.is_empty() {
+        if !method.keep_boundary && method.points.is_empty() && kept.is_none() {
             return Ok((pinned, (first, divided)));
         }
         let frame = UnitFrame::of(&repaired.mesh)?;
+        let mut whole: Vec<(u32, u32)> =
+            kept.iter().flat_map(|kept| kept.cut.iter().map(|cut| cut.0)).collect();
         if method.keep_boundary {
-            let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
-            pinned.keep_boundary(&repaired.mesh, frame.scale, usual);
-            pinned.refuse_too_many(vertices, "the boundary has", "`keep_boundary` keeps all of them")?;
+            let table = EdgeTable::new(&repaired.mesh.triangles);
+            whole.extend(table.edges().filter(|sides| sides.len() == 1).map(|sides| sides[0].ends()));
+            whole.sort_unstable();
+            whole.dedup();
+        }
+        let usual = spacing(repaired.mesh.area(), vertices) / frame.scale;
+        pinned.keep_edges(&repaired.mesh, &whole, frame.scale, usual);
+        // Some are at no such edge.
+        pinned.vertices.extend(kept.iter().flat_map(|kept| &kept.shared));
+        pinned.vertices.sort_unstable();
+        pinned.vertices.dedup();
+        if method.keep_boundary {
+            let count = pinned.vertices.len();
+            refuse_too_many((count, vertices), "the boundary has", "`keep_boundary` keeps all of them")?;
         }
         if !method.points.is_empty() {
-            let fixed = &pinned.vertices;
             let snapping = Snapping {
                 feature_angle: method.feature_angle,
                 distance: SNAP * spacing(repaired.mesh.area(), vertices),
             };
+            let located = PointsOnSurface::find(&repaired.mesh, &method.points, progress)?;
+            let count = located.count_with(&pinned.vertices);
+            let what = "the points and the boundary have";
+            refuse_too_many((count, vertices), what, "all of them are kept")?;
+            let kept = KeptParts { vertices: &pinned.vertices, edges: &pinned.whole };
             let Inserted { mesh, origin, divides, vertices: at, distances } =
-                insert_points(&repaired.mesh, &method.points, fixed, &snapping, progress)?;
+                located.insert(kept, &snapping, progress)?;
             repaired.origin = origin.iter().map(|t| repaired.origin[*t as usize]).collect();
             repaired.mesh = mesh;
             divided = divides;
-            divide_around(repaired, (&at, vertices), &mut divided, progress)?;
+            let whole = WholeEdges::new(&repaired.mesh, &pinned.whole);
+            divide_around(repaired, (&at, vertices), &whole, &mut divided, progress)?;
             pinned.vertices.extend(at.iter().filter(|v| **v != NONE));
             pinned.vertices.sort_unstable();
             pinned.vertices.dedup();
             pinned.warn_of_distances(&distances, frame.scale);
-            pinned.refuse_too_many(vertices, "the points and the boundary have", "all of them are kept")?;
         }
         // The box may have become larger by the points.
         let frame = UnitFrame::of(&repaired.mesh)?;
@@ -132,34 +205,59 @@ impl Pinned {
         self.vertices.is_empty()
     }
 
-    fn keep_boundary(&mut self, mesh: &TriMesh, scale: f64, usual: f64) {
+    /// Keeps edges of a mesh whole.
+    fn keep_edges(&mut self, mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) {
         let mut lengths: HashMap<u32, (f64, f64)> = HashMap::new();
-        for sides in EdgeTable::new(&mesh.triangles).edges().filter(|sides| sides.len() == 1) {
-            let (a, b) = sides[0].ends();
+        for &(a, b) in edges {
+            self.whole.insert((a, b));
             let length = mesh.vertices[a as usize].distance(mesh.vertices[b as usize]) / scale;
             for v in [a, b] {
                 let (sum, count) = lengths.entry(v).or_default();
                 (*sum, *count) = (*sum + length, *count + 1.0);
             }
         }
-        self.keeps_boundary = !lengths.is_empty();
         self.vertices = lengths.keys().copied().collect();
         self.vertices.sort_unstable();
         let mean = |v: &u32| (*v, LOOSE * lengths[v].0 / lengths[v].1);
-        // Edges elsewhere do not become longer for those of a coarse boundary.
-        self.boundary_lengths =
-            self.vertices.iter().map(mean).filter(|(_, length)| *length < usual).collect();
+        // Without other vertices, there is nowhere that lengths could change.
+        let is_kept = |v: &u32| lengths.contains_key(v);
+        let with_others: HashSet<u32> =
+            mesh.triangles.iter().filter(|corners| !corners.iter().all(is_kept)).flatten().copied().collect();
+        let differs =
+            |(v, length): &(u32, f64)| *length < usual || (*length > LONG * usual && with_others.contains(v));
+        self.boundary_lengths = self.vertices.iter().map(mean).filter(differs).collect();
+        self.boundary_lengths
+            .extend(next_to_long(mesh, edges, scale, usual).into_iter().filter(|(v, _)| !is_kept(v)));
     }
 
-    fn refuse_too_many(&self, vertices: usize, what: &str, why: &str) -> Result<()> {
-        let kept = self.vertices.len();
-        if vertices == 0 || kept as f64 <= MOST * vertices as f64 {
+    /// Refuses edges that stay whole and are much longer than the others next to them; `lengths` are those at
+    /// the vertices of the mesh, in diagonals, where they are known.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the number of vertices for which they are short enough.
+    pub fn refuse_coarse(&self, mesh: &TriMesh, lengths: &[f64], vertices: usize) -> Result<()> {
+        let scale = UnitFrame::of(mesh)?.scale;
+        let usual = spacing(mesh.area(), vertices);
+        let of_vertex = |v: u32| match lengths.get(v as usize) {
+            Some(length) if length.is_finite() => length * scale,
+            _ => usual,
+        };
+        let times = |(a, b): &(u32, u32)| {
+            let length = mesh.vertices[*a as usize].distance(mesh.vertices[*b as usize]);
+            (length / of_vertex(*a).max(of_vertex(*b)), length)
+        };
+        let (times, length) = self.whole.iter().map(times).fold((0.0, 0.0), |a, b| if b > a { b } else { a });
+        if times <= COARSE || vertices == 0 {
             return Ok(());
         }
-        let enough = (kept as f64 / MOST).ceil();
-        let problem =
-            format!("{what} {kept} vertices, {why}, and that leaves too few of {vertices} for the rest");
-        Err(Error::option("vertices", problem, format!("ask for at least {enough}")))
+        let decimals = decimals(scale);
+        let problem = format!(
+            "an edge that is kept is {length:.decimals$} long, {times:.0} times as long as those next to it \
+             would be: the triangles there would be flat or cross each other"
+        );
+        let most = (vertices as f64 * (COARSE / times).powi(2)).floor();
+        let remedy = format!("divide such edges, or ask for longer edges: about {most} vertices");
+        Err(Error::option("vertices", problem, remedy))
     }
 
     fn warn_of_distances(&mut self, distances: &[f64], scale: f64) {
@@ -203,4 +301,36 @@ impl Pinned {
         }
         list
     }
+}
+
+/// Vertices of a mesh close to edges that are much longer than `usual`, with the lengths to have there, both
+/// in diagonals: sites closer to such an edge than to its ends would take its place.
+fn next_to_long(mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) -> Vec<(u32, f64)> {
+    let (mut points, mut of_points) = (Vec::new(), Vec::new());
+    for (a, b) in edges {
+        let [p, q] = [*a, *b].map(|v| mesh.vertices[v as usize]);
+        let length = p.distance(q) / scale;
+        if length > LONG * usual {
+            let count = (length / usual).ceil();
+            points.extend((0..=count as usize).map(|k| p.lerp(q, k as f64 / count)));
+            of_points.resize(points.len(), length);
+        }
+    }
+    let tree = KdTree::new(&points);
+    let of = |(v, p): (u32, &DVec3)| {
+        let nearest = tree.nearest(*p)? as usize;
+        let length = LOOSE * of_points[nearest] - FALLS * points[nearest].distance(*p) / scale;
+        (length > usual).then_some((v, length))
+    };
+    (0..).zip(&mesh.vertices).filter_map(of).collect()
+}
+
+fn refuse_too_many((kept, vertices): (usize, usize), what: &str, why: &str) -> Result<()> {
+    if vertices == 0 || kept as f64 <= MOST * vertices as f64 {
+        return Ok(());
+    }
+    let enough = (kept as f64 / MOST).ceil();
+    let problem =
+        format!("{what} {kept} vertices, {why}, and that leaves too few of {vertices} for the rest");
+    Err(Error::option("vertices", problem, format!("ask for at least {enough}")))
 }

@@ -1,14 +1,15 @@
 //! What a run makes of the options for its input. The options are the user's request and never change.
 
 use super::RunInput;
-use super::pinned::Pinned;
+use super::kept::Kept;
+use super::pinned::{Pinned, WholeEdges};
 use super::refined::{Refined, parts_of};
 use super::user_curves::UserCurves;
 use crate::mesh::correspondence::vertex_values_after;
 use crate::mesh::repair::Repaired;
 use crate::mesh::topology::topology;
 use crate::options::{Length, Sizing};
-use crate::{ProgressToken, Result};
+use crate::{ProgressToken, Result, TriMesh};
 
 /// Where lengths hold in parts of the surface, the coarsest level has at least one of this many vertices.
 const COARSEN: usize = 5;
@@ -33,24 +34,55 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// The edges that are curves whatever their angle, on `mesh`, which is the repaired one: the user's, and
+    /// those that stay whole.
+    ///
+    /// # Errors
+    /// As [`UserCurves::edges`].
+    pub fn edges(&self, mesh: &TriMesh) -> Result<Vec<[u32; 2]>> {
+        let mut edges = self.curves.edges(mesh)?;
+        edges.extend(self.pinned.whole.iter().map(|(a, b)| [*a, *b]));
+        Ok(edges)
+    }
+
     /// Whether the user wants edges or vertices that local operations do not know of.
     pub fn has_kept(&self) -> bool {
         !self.curves.is_empty() || !self.pinned.is_empty()
     }
 
-    /// For all components of the mesh that `repaired` was made from. Ragged borders of labels become smooth
-    /// in it, and parts to be refined are divided.
+    /// For all components of the mesh that `repaired` was made from, or for what of it is not `kept`. Ragged
+    /// borders of labels become smooth in it, and parts to be refined are divided.
     ///
     /// # Errors
-    /// Those of [`Pinned::new`], [`Refined::new`], and of the user's lines.
-    pub fn new(input: &RunInput, repaired: &mut Repaired, progress: &ProgressToken) -> Result<Self> {
-        let RunInput { mesh, options, vertices, lengths, .. } = *input;
+    /// Those of [`Kept::rest_of`], [`Pinned::new`], [`Refined::new`], and of the user's lines.
+    pub fn new(
+        input: &RunInput,
+        repaired: &mut Repaired,
+        kept: Option<&Kept>,
+        progress: &ProgressToken,
+    ) -> Result<Self> {
+        let vertices = kept.map_or(Ok(input.vertices), |kept| kept.rest_of(input.vertices))?;
+        let plan = Self::of_rest(input, (repaired, vertices), kept, progress);
+        plan.map_err(|error| kept.map_or(error.clone(), |kept| kept.of_rest(error)))
+    }
+
+    fn of_rest(
+        input: &RunInput,
+        (repaired, vertices): (&mut Repaired, usize),
+        kept: Option<&Kept>,
+        progress: &ProgressToken,
+    ) -> Result<Self> {
+        let RunInput { mesh, options, lengths, .. } = *input;
         let method = &options.coarse_to_fine;
         let mut curves = UserCurves::new(mesh, repaired, options, input.gives_up_fixed);
+        if let Some(kept) = kept {
+            curves = curves.with_lines(kept.lines.clone());
+        }
         let wanted = (options, vertices);
-        let has_points = !method.points.is_empty();
-        let before = has_points.then(|| repaired.mesh.clone());
-        let (pinned, divided) = Pinned::new(repaired, wanted, progress)?;
+        let may_divide = !method.points.is_empty() || method.keep_boundary || kept.is_some();
+        let before = may_divide.then(|| repaired.mesh.clone());
+        let (pinned, divided) = Pinned::new(repaired, wanted, kept, progress)?;
+        let before = before.filter(|_| !divided.1.is_empty());
         if let Some(before) = &before {
             for half_edges in curves.half_edges(before)? {
                 *half_edges = parts_of(half_edges, before, &repaired.mesh, &divided);
@@ -59,10 +91,13 @@ impl Plan {
         let mut refined = Refined::default();
         if !method.refine.is_empty() {
             let half_edges = curves.half_edges(&repaired.mesh)?;
-            refined = Refined::new(repaired, wanted, half_edges, progress)?;
+            let whole = WholeEdges::new(&repaired.mesh, &pinned.whole);
+            let wanted = (options, Some(vertices));
+            refined = Refined::new(repaired, wanted, (half_edges, &whole), progress)?;
         }
         refined.undivided = before.as_ref().map(topology).or(refined.undivided);
         refined.keep_shorter(&pinned.boundary_lengths, repaired.mesh.vertices.len());
+        pinned.refuse_coarse(&repaired.mesh, &refined.lengths, vertices)?;
         let sizing = match (lengths, &method.sizing) {
             (Some(lengths), _) => Sizing::Given(lengths.values.to_vec()),
             // Further attempts would have lengths of their own.

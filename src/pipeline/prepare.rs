@@ -8,6 +8,7 @@ use super::coarse_to_fine::surface_model::{ModelRequest, SurfaceModel};
 use super::fallback::components::{Components, Division};
 use super::fallback::remesh::ComponentTarget;
 use super::intersections::InputIntersections;
+use super::kept::Kept;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::messages::describe_cracks;
 use super::outcome::Outcome;
@@ -40,6 +41,8 @@ const GROWTHS: usize = 60;
 
 /// The input, ready for a run.
 pub(crate) struct Prepared {
+    /// What stays as it is; the rest of this is about what does not.
+    pub kept: Option<Kept>,
     pub repaired: Repaired,
     pub frame: UnitFrame,
     /// Topology of the repaired input.
@@ -66,7 +69,8 @@ impl Prepared {
     pub fn new(device: &Device, mut input: RunInput, progress: &ProgressToken) -> Result<Self> {
         let options = input.options;
         let mut repaired = repaired_for(input.mesh, input.repaired.take(), options)?;
-        let mut plan = Plan::new(&input, &mut repaired, progress)?;
+        let kept = Kept::cut_off(&mut repaired, options, input.mesh.triangles.len())?;
+        let mut plan = Plan::new(&input, &mut repaired, kept.as_ref(), progress)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         // Curves are not known yet.
@@ -105,6 +109,7 @@ impl Prepared {
         let sizes = sizes(&surface, on, &plan, options, frame.scale)?;
         let input_intersections = InputIntersections::default();
         let mut prepared = Self {
+            kept,
             repaired,
             frame,
             input,
@@ -143,28 +148,42 @@ impl Prepared {
     /// A search over the repaired mesh in the unit-diagonal frame, if the result's correspondence is asked
     /// for and the model has one.
     pub fn search(&self, options: &Options) -> Option<SurfaceSearch> {
-        let is_needed = self.large.is_none() && options.correspondence != CorrespondenceRequest::NONE;
+        let is_needed = self.large.is_none()
+            && self.kept.is_none()
+            && options.correspondence != CorrespondenceRequest::NONE;
         self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched(&self.surface.origin))
     }
 
-    /// Vertices of the small components.
-    pub fn small_vertices(&self) -> usize {
-        self.small.iter().map(|part| part.vertices.len()).sum()
+    /// Vertices of the small components, and of the kept triangles alone.
+    pub fn other_vertices(&self) -> usize {
+        let kept = self.kept.as_ref().map_or(0, Kept::own_vertices);
+        kept + self.small.iter().map(|part| part.vertices.len()).sum::<usize>()
     }
 
-    /// Takes the mesh of an outcome and adds the small components, in the input's units. Also what is to be
-    /// said of vertices that the user wanted to be kept.
-    pub fn assemble(&self, outcome: &mut Outcome) -> (TriMesh, Vec<Warning>) {
+    /// Takes the mesh of an outcome and adds the small components, which count as simplified, and the kept
+    /// triangles, in the input's units. Also what is to be said of vertices that the user wanted to be kept.
+    /// From then on, the repaired input and its topology are those of the whole.
+    ///
+    /// # Errors
+    /// Those of [`Kept::join`].
+    pub fn assemble(&mut self, outcome: &mut Outcome) -> Result<(TriMesh, Vec<Warning>)> {
         let mut mesh = std::mem::take(&mut outcome.mesh);
         let pinned = self.plan.pinned.among(&mesh.vertices);
         face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
+        outcome.simplified_components += self.small.len();
         mesh.vertices.par_iter_mut().for_each(|p| *p = self.frame.to_input_units(*p));
         // Exactly, and not there and back.
-        pinned.into_iter().for_each(|(v, position)| mesh.vertices[v] = position);
+        pinned.iter().for_each(|(v, position)| mesh.vertices[*v] = *position);
         separate_coincident(&mut mesh);
+        if let Some(kept) = &mut self.kept {
+            kept.join(&mut mesh, &pinned)?;
+            std::mem::swap(&mut self.repaired, &mut kept.whole);
+            std::mem::swap(&mut self.input, &mut kept.topology);
+            self.plan.refined.undivided = None;
+        }
         let warnings = self.plan.pinned.warnings(&mesh);
-        (mesh, warnings)
+        Ok((mesh, warnings))
     }
 }
 

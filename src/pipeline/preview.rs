@@ -3,7 +3,8 @@
 use super::RunInput;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
-use super::face_count::with_vertices;
+use super::face_count::{may_change, with_vertices};
+use super::kept::{Kept, in_units};
 use super::memory::bytes_needed;
 use super::plan::Plan;
 use super::prepare::repaired_for;
@@ -26,8 +27,11 @@ pub struct Preview {
     pub repaired: RepairCounts,
     /// Vertices and triangles of the repaired input.
     pub input: [usize; 2],
-    /// Vertices of the result.
+    /// Vertices of the result, with those of kept triangles, which nothing else here counts.
     pub vertices: usize,
+    /// Whether the run may find out that another number of vertices leads to the triangles asked for: how
+    /// many boundary edges there will be is only estimated here.
+    pub vertices_may_change: bool,
     /// Edge length of a perfect layout, in the input's units.
     pub spacing: f64,
     /// From the coarsest to the finest; more than one only with [`Method::CoarseToFine`].
@@ -81,7 +85,11 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
-    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired, &ProgressToken::default())?;
+    let options = &in_units(options, &repaired.mesh)?;
+    let kept = Kept::cut_off(&mut repaired, options, mesh.triangles.len())?;
+    let other_vertices = kept.as_ref().map_or(0, Kept::own_vertices);
+    let input = RunInput::new(mesh, None, options);
+    let plan = Plan::new(&input, &mut repaired, kept.as_ref(), &ProgressToken::default())?;
     let surface = PreviewedSurface::new(&repaired.mesh, options, &plan)?;
     let (unit, diagonal) = (&surface.unit, surface.diagonal);
     let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| unit.triangle_area(t)).collect();
@@ -99,14 +107,15 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     };
     Ok(Preview {
         repaired: repaired.counts,
-        input: plan
-            .refined
-            .undivided
+        input: kept
             .as_ref()
-            .map_or([repaired.mesh.vertices.len(), repaired.mesh.triangles.len()], |undivided| {
-                [undivided.vertices, undivided.faces]
+            .map(|kept| &kept.topology)
+            .or(plan.refined.undivided.as_ref())
+            .map_or([repaired.mesh.vertices.len(), repaired.mesh.triangles.len()], |input| {
+                [input.vertices, input.faces]
             }),
-        vertices,
+        vertices: vertices + other_vertices,
+        vertices_may_change: may_change(options, &repaired.mesh),
         spacing: spacing(surface.area, vertices) * diagonal,
         collapses: levels.is_empty(),
         levels: levels.iter().map(level).collect(),
@@ -123,9 +132,15 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
 ///
 /// # Errors
 /// As [`preview`].
-pub(super) fn single_sides(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Result<i64> {
+pub(super) fn single_sides(
+    mesh: &TriMesh,
+    repaired: &Repaired,
+    kept: Option<&Kept>,
+    options: &Options,
+) -> Result<i64> {
     let mut repaired = repaired.clone();
-    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired, &ProgressToken::default())?;
+    let input = RunInput::new(mesh, None, options);
+    let plan = Plan::new(&input, &mut repaired, kept, &ProgressToken::default())?;
     let surface = PreviewedSurface::new(&repaired.mesh, options, &plan)?;
     let PreviewedCount { levels, curves, .. } = surface.with_enough_vertices()?;
     let (Some(curves), Some(last)) = (&curves, levels.last()) else { return Ok(0) };
@@ -209,9 +224,9 @@ impl<'a> PreviewedSurface<'a> {
         let Self { unit, options, plan, diagonal, .. } = self;
         let feature_options = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
-            user_edges: plan.curves.edges(self.input)?,
+            user_edges: plan.edges(self.input)?,
             user_corners: plan.pinned.vertices.clone(),
-            keep_boundary: plan.pinned.keeps_boundary,
+            whole_edges: plan.pinned.whole.clone(),
             ..FeatureOptions::new(spacing(self.area, vertices))
         };
         let features = find_features(unit, &feature_options)?;

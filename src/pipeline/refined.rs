@@ -2,6 +2,7 @@
 //! is divided there as finely as the lengths change.
 
 use super::memory::MOST_HALVED;
+use super::pinned::WholeEdges;
 use super::prepare::submesh_values;
 use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
@@ -52,12 +53,14 @@ impl Refined {
     /// What the options ask for. The mesh becomes finer in the regions and around them, and `curves`, edges
     /// by their ends, become the parts of themselves.
     ///
+    /// Without a number of `vertices`, this finds out how many there will be.
+    ///
     /// # Errors
     /// [`Error::Usage`] if the lengths need more vertices than there will be, [`Error::Cancelled`].
     pub fn new(
         repaired: &mut Repaired,
-        (options, vertices): (&Options, usize),
-        half_edges: [&mut Vec<u32>; 2],
+        (options, vertices): (&Options, Option<usize>),
+        (half_edges, whole): ([&mut Vec<u32>; 2], &WholeEdges),
         progress: &ProgressToken,
     ) -> Result<Self> {
         let list = &options.coarse_to_fine.refine;
@@ -72,14 +75,23 @@ impl Refined {
             let allowed =
                 |place: &Place| place.finest + growth * (place.distance(a.midpoint(b)) - reach).max(0.0);
             let allowed = places.iter().map(allowed).fold(f64::INFINITY, f64::min);
-            a.distance(b) / allowed
+            whole.size((a, b), allowed)
         };
-        let most = repaired.mesh.triangles.len() + MOST_HALVED * vertices;
+        let most = repaired.mesh.triangles.len() + MOST_HALVED * vertices.unwrap_or(ROOM);
         let halved = halve_edges(&repaired.mesh, (1.0, &size), most, progress)?;
         let now = halved.as_ref().map_or(&repaired.mesh, |halved| &halved.mesh);
         if 2 * now.triangles.len() > most && is_coarse(now, size) {
-            let problem = format!("the lengths of `refine` need far more than {vertices} vertices");
-            return Err(Error::option("refine", problem, "ask for more vertices, or for longer edges"));
+            let (problem, remedy) = match vertices {
+                Some(vertices) => (
+                    format!("the lengths of `refine` need far more than {vertices} vertices"),
+                    "ask for more vertices, or for longer edges",
+                ),
+                None => (
+                    "the lengths of `refine` are too short: they need millions of vertices".to_owned(),
+                    "give longer ones",
+                ),
+            };
+            return Err(Error::option("refine", problem, remedy));
         }
         let mut undivided = None;
         if let Some(Halved { mesh, origin, halves }) = halved {
@@ -181,10 +193,11 @@ fn is_coarse(mesh: &TriMesh, size: impl Fn(DVec3, DVec3) -> f64) -> bool {
 pub(crate) fn refuse_share(options: &Options, vertices: usize, share: f64) -> Error {
     let count = vertices as f64 * share;
     if options.coarse_to_fine.refine.is_empty() {
+        let (does, size) = if share > 1.0 { ("need", "more") } else { ("leave room for", "fewer") };
         let problem = format!(
-            "edges at kept points and boundaries need about {count:.0} vertices, and there are {vertices}"
+            "edges at kept points and boundaries {does} about {count:.0} vertices, and there are {vertices}"
         );
-        return Error::option("vertices", problem, "ask for more vertices");
+        return Error::option("vertices", problem, format!("ask for {size} vertices"));
     }
     if share > 1.0 {
         let needed = (count * (1.0 + LEAST_REST)).ceil();
@@ -209,8 +222,8 @@ pub(crate) fn refined_vertices(repaired: &Repaired, options: &Options, outside: 
     let frame = UnitFrame::of(&repaired.mesh)?;
     let refined = Refined::new(
         &mut repaired,
-        (options, ROOM),
-        [&mut Vec::new(), &mut Vec::new()],
+        (options, None),
+        ([&mut Vec::new(), &mut Vec::new()], &WholeEdges::default()),
         &ProgressToken::default(),
     )?;
     let outside = outside.share_of(frame.scale);
@@ -339,7 +352,8 @@ mod tests {
     fn refined(repaired: &mut Repaired, refine: Vec<Refinement>, half_edges: &mut Vec<u32>) -> Refined {
         let options = Options::new(5000).refine(refine);
         let progress = ProgressToken::default();
-        Refined::new(repaired, (&options, 5000), [half_edges, &mut Vec::new()], &progress).unwrap()
+        let half_edges = ([half_edges, &mut Vec::new()], &WholeEdges::default());
+        Refined::new(repaired, (&options, Some(5000)), half_edges, &progress).unwrap()
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Symmetric results of symmetric inputs: one half is remeshed and mirrored.
 
 use super::cells::cells_of;
+use super::kept::in_units;
 use super::measuring::{MeasureRequest, Measuring, correspondence_of};
 use super::messages::remarks;
 use super::outcome::Outcome;
@@ -38,6 +39,11 @@ pub(crate) fn remesh_symmetric(
     let (on, whole) = (&repaired.mesh, topology(&repaired.mesh));
     let mirror = find_mirror(on, symmetry)?;
     let (half, cut) = mirror.half(on);
+    if !is_like(&mirror.whole(half.clone()), &whole) {
+        let problem = "a part of the surface lies in the plane of symmetry or touches it";
+        return Err(Error::input(None, problem, "remove that part, or remove `symmetric`"));
+    }
+    let options = &in_units(options, on)?;
     let wanted = options.vertices;
     // As many vertices on the plane as edges fit along it.
     let on_plane = (cut / spacing(on.area(), wanted)).round() as usize;
@@ -55,7 +61,14 @@ pub(crate) fn remesh_symmetric(
         tried.push(count);
         let is_last = found.summary.finished_early;
         let joined = mirror.whole(found.mesh.clone());
-        check_joined(&joined, &whole, wanted)?;
+        if !is_like(&joined, &whole) {
+            if best.is_some() {
+                break;
+            }
+            let problem =
+                format!("the halves of a mesh of {wanted} vertices do not make a surface like the input");
+            return Err(Error::usage(problem, "ask for more vertices, or remove `symmetric`"));
+        }
         let total = joined.vertices.len();
         let found = Remeshed { mesh: joined, ..found };
         let is_better = |(_, off): &(Remeshed, usize)| total.abs_diff(wanted) < *off;
@@ -117,15 +130,12 @@ fn half_options(options: &Options, vertices: usize) -> Options {
     half
 }
 
-/// Fails if both halves do not make a surface like the input.
-fn check_joined(joined: &TriMesh, input: &Topology, vertices: usize) -> Result<()> {
+/// Whether both halves make a surface like the input.
+fn is_like(joined: &TriMesh, input: &Topology) -> bool {
     let got = topology(joined);
-    let figures = |t: &Topology| (t.boundary_loops, t.nonmanifold_edges, t.inconsistent_edges);
-    if figures(&got) <= figures(input) && got.duplicate_faces == 0 {
-        return Ok(());
-    }
-    let problem = format!("both halves of a mesh of {vertices} vertices do not meet everywhere");
-    Err(Error::usage(problem, "ask for more vertices, or remove `symmetric`"))
+    let figures =
+        |t: &Topology| (t.components, t.euler, t.boundary_loops, t.nonmanifold_edges, t.inconsistent_edges);
+    figures(&got) == figures(input) && got.duplicate_faces == 0
 }
 
 /// Measures the whole.
@@ -140,7 +150,7 @@ fn finish(
     let Remeshed { mesh: mut result, mut summary, .. } = found;
     let frame = UnitFrame::of(&repaired.mesh)?;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
-    let correspondence = correspondence_of(&result, mesh, repaired, options, None, progress)?;
+    let correspondence = correspondence_of(&result, mesh, (repaired, None), options, None, progress)?;
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
@@ -154,11 +164,17 @@ fn finish(
     let cells = cells_of(&mut Outcome::default(), (&result, on), &frame, options, progress)?;
     let crossing = measured.input_intersections;
     let simplified = summary.collapsed_components;
-    let mut list = remarks(&repaired.counts, input, crossing, simplified, rounding.as_ref());
+    let mut list = remarks((repaired, None), input, crossing, simplified, rounding.as_ref());
     if count != options.vertices {
-        let off = counted(count.abs_diff(options.vertices), ["vertex", "vertices"]);
+        let off = count.abs_diff(options.vertices);
         let word = if count < options.vertices { "fewer" } else { "more" };
-        list.push(format!("{off} {word} than asked for, since both halves are alike"));
+        let reason = if off == 1 { ", since both halves are alike" } else { "" };
+        let off = counted(off, ["vertex", "vertices"]);
+        list.push(format!("{off} {word} than asked for{reason}"));
+    }
+    // Sharp edges and what else was found are those of the half.
+    for text in &mut summary.warnings {
+        *text = format!("in one half, {text}");
     }
     if let Some(text) = rounding.as_ref().and_then(Rounding::warning) {
         summary.warn(WarningCode::Rounding, text);
@@ -170,6 +186,8 @@ fn finish(
         input_self_intersecting_faces: crossing,
         output: measured.output,
         cells: cells.as_ref().map(|cells| cells.summary(on.area())),
+        spacing: spacing(on.area(), count),
+        features: None,
         ..summary
     };
     Ok(Remeshed { mesh: result, correspondence, cells, summary })

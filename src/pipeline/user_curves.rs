@@ -34,6 +34,12 @@ impl UserCurves {
         Self { fixed_half_edges, label_borders, lines: method.features.clone() }
     }
 
+    /// With these lines instead of the options'.
+    #[must_use]
+    pub fn with_lines(self, lines: Option<FeatureLines>) -> Self {
+        Self { lines, ..self }
+    }
+
     /// Their half-edges on `mesh`, which is the repaired one, to be changed together with it; lines are among
     /// the fixed ones from now on.
     ///
@@ -88,7 +94,7 @@ impl UserCurves {
 }
 
 /// The edges along a user's lines.
-fn drawn(mesh: &TriMesh, features: &FeatureLines) -> Result<Vec<[u32; 2]>> {
+pub(super) fn drawn(mesh: &TriMesh, features: &FeatureLines) -> Result<Vec<[u32; 2]>> {
     user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),
         None => error,

@@ -58,6 +58,58 @@ fn triangles_are_counted() {
 }
 
 #[test]
+fn selections_stay_in_files() {
+    let place = Place::new();
+    // A sheet in two groups.
+    let n = 20;
+    let mut text = String::new();
+    for k in 0..(n + 1) * (n + 1) {
+        let [x, y] = [k % (n + 1), k / (n + 1)].map(|i| f64::from(i) / f64::from(n));
+        text += &format!("v {x} {y} {}\n", 0.1 * x * y);
+    }
+    for (group, rows) in [("low", 0..8), ("high", 8..n)] {
+        text += &format!("g {group}\n");
+        for (j, i) in rows.flat_map(|j| (0..n).map(move |i| (j, i))) {
+            let a = j * (n + 1) + i + 1;
+            let [b, c, d] = [a + 1, a + n + 2, a + n + 1];
+            text += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    std::fs::write(place.path("in.obj"), text).unwrap();
+    let low = |name: &str| {
+        let mesh = read(place.path(name)).unwrap().mesh;
+        let corners = |t: usize| mesh.corners(t).map(|p| p.to_array().map(|x| (x as f32).to_bits()));
+        (0..mesh.triangles.len())
+            .filter(|t| mesh.corners(*t).iter().all(|p| p.y < 0.401))
+            .map(corners)
+            .collect::<HashSet<_>>()
+    };
+    place.run("remesh in.obj out.ply -n 700 --quality draft --keep label:low");
+    assert!(low("in.obj").len() == 320 && low("in.obj") == low("out.ply"));
+    place.run("remesh in.obj only.ply -n 700 --quality draft --only label:high");
+    assert_eq!(place.bytes("out.ply"), place.bytes("only.ply"));
+    place.run("batch in.obj --out many -n 700 --quality draft --keep label:low");
+    assert_eq!(place.bytes("out.ply"), place.bytes("many/in.ply"));
+    let (_, told) = place.run("remesh in.obj length.ply --edge-length 0.04 --keep label:low");
+    assert!(told.contains("320 triangles of the input are kept as they are"), "{told}");
+    let count = read(place.path("length.ply")).unwrap().mesh.vertices.len();
+    assert!((550..750).contains(&count), "{count}");
+    for (arguments, words) in [
+        ("-n 100 --keep label:low", "alone have 189 vertices"),
+        ("-n 700 --keep low", "give label:NAME or selection:NAME"),
+        ("-n 700 --keep label:none", "use one of these: low, high"),
+        ("-n 700 --keep selection:none", "no numeric attribute"),
+        ("-n 700 --keep label:low --only label:high", "cannot be used with"),
+        ("-n 700 --keep label:low --preset rtf", "--preset default"),
+        ("-n 700 --keep label:low --max-deviation 1%", "cannot be used with"),
+    ] {
+        let done = place.program(&format!("remesh in.obj none.ply {arguments}")).assert().failure();
+        let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+        assert!(text.contains(words), "{arguments}: {text}");
+    }
+}
+
+#[test]
 fn errors_say_what_to_do() {
     let place = Place::with("open-hemisphere");
     std::fs::write(place.path("points.xyz"), "0 0 1\n").unwrap();

@@ -132,7 +132,7 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --sizing property:wish --gradation 1", "--gradation needs"),
         ("in.ply out.ply --min-edge 1%", "--min-edge needs"),
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
-        ("in.ply out.ply --sizing curvature --min-edge 90%", "is incompatible with"),
+        ("in.ply out.ply --sizing curvature --min-edge 90%", "the mean edge length of the result"),
         ("in.ply out.ply --sizing curvature --preset rpf", "--preset default"),
         ("in.ply out.ply --max-deviation 1% --sizing curvature", "cannot be used with"),
         ("in.ply out.ply --max-deviation 0", "out of range"),
@@ -150,5 +150,14 @@ fn errors_say_what_to_do() {
         let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();
         assert!(text.contains(words), "{arguments}: {text}");
         assert!(!place.path("out.ply").exists());
+    }
+    // Without a number of vertices, no message has one.
+    for (arguments, words) in [
+        ("--edge-length 10% --refine sphere:0,0,0,9=1e-5", "are too short: they need millions of vertices"),
+        ("--edge-length 10% --refine sphere:0,0,0,9=5% --min-edge 9%", "the mean edge length of the result"),
+    ] {
+        let done = place.program(&format!("remesh in.ply out.ply {arguments}")).assert().failure();
+        let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+        assert!(text.contains(words) && !text.contains("1048576"), "{arguments}: {text}");
     }
 }

@@ -188,21 +188,27 @@ mod signals {
 
     #[test]
     fn ctrl_c_is_heard_while_a_pipe_is_waited_for() {
-        let place = Place::new();
-        let path = place.path("pipe.ply");
-        mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap();
-        // So that nothing but the reader itself ends the program at the first Ctrl-C.
-        let mut running = Running::start(&place, "remesh pipe.ply out.ply -n 100 --keep-partial");
-        // Only a pipe that somebody reads can be opened for writing at once.
-        let writing = OFlags::WRONLY | OFlags::NONBLOCK | OFlags::CLOEXEC;
-        let writer = std::cell::OnceCell::new();
-        running
-            .wait_until(|_| open(&path, writing, Mode::empty()).is_ok_and(|pipe| writer.set(pipe).is_ok()));
-        running.signal("INT");
-        let (code, shown) = running.ended();
-        assert_eq!(code, Some(130), "{shown}");
-        assert_last(&shown, "error: cancelled; nothing was written");
-        assert_eq!(place.files(), ["pipe.ply"]);
+        for line in [
+            "remesh pipe.ply out.ply -n 100 --keep-partial",
+            "remesh in.ply out.ply -n 100 --points pipe.ply --keep-partial",
+        ] {
+            let place = Place::with("torus");
+            let path = place.path("pipe.ply");
+            mkfifoat(CWD, &path, Mode::RUSR | Mode::WUSR).unwrap();
+            // So that nothing but the reader itself ends the program at the first Ctrl-C.
+            let mut running = Running::start(&place, line);
+            // Only a pipe that somebody reads can be opened for writing at once.
+            let writing = OFlags::WRONLY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+            let writer = std::cell::OnceCell::new();
+            running.wait_until(|_| {
+                open(&path, writing, Mode::empty()).is_ok_and(|pipe| writer.set(pipe).is_ok())
+            });
+            running.signal("INT");
+            let (code, shown) = running.ended();
+            assert_eq!(code, Some(130), "{shown}");
+            assert_last(&shown, "error: cancelled; nothing was written");
+            assert!(!place.path("out.ply").exists());
+        }
     }
 
     #[test]

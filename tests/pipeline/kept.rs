@@ -5,7 +5,7 @@ use glam::DVec3;
 use rtfmesh::io::Format;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Options, Remeshed, TriMesh, WarningCode, preview, remesh};
+use rtfmesh::{Error, Length, Options, Refinement, Region, Remeshed, TriMesh, WarningCode, preview, remesh};
 use std::collections::HashSet;
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
@@ -121,6 +121,23 @@ fn tiles_that_are_remeshed_apart_still_match() {
 }
 
 #[test]
+fn boundaries_stay_next_to_points_and_finer_parts() {
+    let tile = tile(0.0);
+    let points = points_on(&tile, 20);
+    let region = Region::Sphere { centre: DVec3::new(0.5, 0.1, 0.0), radius: 0.2 };
+    let finer = Refinement { region, length: Length::Units(0.018) };
+    let options = Options::new(1500).keep_boundary(true).points(points.clone()).refine(vec![finer]);
+    let result = run(&tile, &options);
+    assert_eq!(boundary(&tile), boundary(&result.mesh));
+    let there: HashSet<_> = result.mesh.vertices.iter().map(|p| bits(*p)).collect();
+    assert!(points.iter().all(|point| there.contains(&bits(*point))));
+    assert!(result.summary.output.quality.mean_quality > 0.9, "{:?}", result.summary.output.quality);
+    let beside = vec![DVec3::new(0.5 + 1e-9, 0.0, tile.vertices[12].z)];
+    let refused = preview(&tile, &options.points(beside)).unwrap_err().to_string();
+    assert!(refused.contains("too close to the vertex"), "{refused}");
+}
+
+#[test]
 fn what_cannot_be_kept_is_refused_before_the_run() {
     let mesh = tile(0.0);
     let refused = preview(&mesh, &Options::new(120).keep_boundary(true));
@@ -129,12 +146,29 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
         problem.contains("the boundary has 96 vertices") && remedy == "ask for at least 160",
         "{problem}"
     );
+    let sphere = sample("sphere").unwrap();
+    let refused = preview(&sphere, &Options::new(50).points(points_on(&sphere, 40)));
+    assert!(refused.unwrap_err().to_string().contains("40 vertices"));
+    // Edges much longer than those next to them.
+    let square = TriMesh {
+        vertices: [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]
+            .map(|[x, y]| DVec3::new(x, y, 0.0))
+            .to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    let refused = preview(&square, &Options::new(200).keep_boundary(true)).unwrap_err().to_string();
+    assert!(refused.contains("13 times as long") && refused.contains("about 28 vertices"), "{refused}");
+    let finer = Refinement {
+        region: Region::Box { low: DVec3::ZERO, high: DVec3::ONE },
+        length: Length::Units(0.08),
+    };
+    let refused = preview(&square, &Options::new(200).refine(vec![finer]).keep_boundary(true));
+    assert!(refused.unwrap_err().to_string().contains("times as long"));
     let points = Options::new(500).points(vec![DVec3::NAN]);
     for (bad, field) in [
         (points, "points"),
         (Options::new(500).keep_boundary(true).local(true), "keep_boundary"),
         (Options::new(500).keep_boundary(true).smooth_boundary(0.1), "keep_boundary"),
-        (Options::new(500).keep_boundary(true).points(vec![DVec3::ZERO]), "keep_boundary"),
     ] {
         let refused = bad.validate();
         assert!(matches!(&refused, Err(Error::Usage { field: Some(of), .. }) if *of == field), "{refused:?}");
@@ -149,12 +183,14 @@ fn there_are_as_many_triangles_as_asked_for() {
         assert_eq!(result.mesh.triangles.len(), got);
         let told = result.summary.remarks.iter().any(|text| text.contains("even number of triangles"));
         assert_eq!(told, faces != got, "{:?}", result.summary.remarks);
+        assert!(!preview(&torus, &Options::new(0).faces(faces)).unwrap().vertices_may_change);
     }
     let open = sample("open-hemisphere").unwrap();
     for faces in [1500, 1501] {
         let result = run(&open, &Options::new(0).faces(faces));
         let got = result.mesh.triangles.len();
         assert!((faces - 2..=faces).contains(&got), "{got} instead of {faces}");
+        assert!(preview(&open, &Options::new(0).faces(faces)).unwrap().vertices_may_change);
     }
     let refused = Options::new(0).faces(3).validate();
     assert!(matches!(refused, Err(Error::Usage { field: Some("faces"), .. })), "{refused:?}");

@@ -7,6 +7,7 @@ pub mod deviation;
 pub mod dirty;
 pub mod exact;
 pub mod kept;
+pub mod kept_triangles;
 pub mod label_borders;
 pub mod models;
 pub mod presets;

@@ -207,7 +207,7 @@ fn what_cannot_be_is_refused() {
         (with(7, f64::INFINITY), "vertex 7"),
         (curvature(-1.0), "`gradation`"),
         (curvature(f64::NAN), "`gradation`"),
-        (bounded(Length::Units(0.001)), "`max_edge` 0.0010 is incompatible with 300 vertices"),
+        (bounded(Length::Units(0.001)), "`max_edge` 0.0010 is less than"),
         (bounded(Length::Units(-1.0)), "`max_edge`"),
         (curvature(1.0).growth(0.0), "`growth`"),
         (Options::rvd(300).sizing(Sizing::Curvature { gradation: 1.0 }), "another method"),

@@ -11,6 +11,8 @@ use super::cloud::HoleArgs;
 use super::files::InputFormat;
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs};
+use super::progress;
+use super::progress::RunProgress;
 use super::remesh::{full_path, same_file};
 use super::target_count::SizeArgs;
 use super::terminal::tell;
@@ -161,8 +163,8 @@ pub fn run(args: &Args) -> Result<()> {
     let jobs = inputs::jobs(&args.inputs, &args.output.out, args.output.format)?;
     let log_path = args.output.log.clone().unwrap_or_else(|| args.output.out.join("batch.jsonl"));
     refuse_overwriting(args, &jobs, &log_path)?;
-    options.coarse_to_fine.features = args.method.read_features()?;
-    options.coarse_to_fine.points = args.method.read_points()?.unwrap_or_default();
+    progress::handle_interrupts()?;
+    args.method.read_files(&RunProgress::unlimited(), &mut options)?;
     let jobs = match args.output.shard()? {
         Some(shard) => shard.select(jobs),
         None => jobs,

@@ -88,7 +88,6 @@ impl Batch<'_> {
         if jobs.is_empty() {
             return Ok(0);
         }
-        progress::handle_interrupts()?;
         let ended = Ended { log, done: 0, failed: 0, of: jobs.len() };
         ended.set_cancel_message();
         let ended = Mutex::new(ended);

@@ -23,7 +23,10 @@ mod wedges;
 
 use glam::DVec3;
 
+use std::collections::HashSet;
+
 use super::TriMesh;
+use super::half_edges::edge_key;
 use super::triangle::area;
 use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
@@ -50,8 +53,9 @@ pub struct FeatureOptions {
     pub user_edges: Vec<[u32; 2]>,
     /// Vertices that the user marks as corners.
     pub user_corners: Vec<u32>,
-    /// Whether boundary edges between such corners are curves of their own that stay whole.
-    pub keep_boundary: bool,
+    /// Edges between such corners that stay whole if they are curves, each as its smaller vertex and the
+    /// other.
+    pub whole_edges: HashSet<(u32, u32)>,
     /// Whether rows of edges between facets narrower than the spacing are taken for those of a round surface
     /// that is sampled coarsely, and not for sharp edges.
     pub round_facets: bool,
@@ -68,7 +72,7 @@ impl FeatureOptions {
             spacing,
             user_edges: Vec::new(),
             user_corners: Vec::new(),
-            keep_boundary: false,
+            whole_edges: HashSet::new(),
             round_facets: false,
         }
     }
@@ -147,16 +151,14 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
     Ok(Features { curves, corners, patches, patch_count, user_corners, whole, discarded })
 }
 
-/// For each curve whether it is a boundary edge between corners of the user's that stays whole.
+/// For each curve whether it is one of the edges that stay whole.
 fn whole_curves(curves: &[Curve], options: &FeatureOptions) -> Vec<bool> {
-    if !options.keep_boundary {
+    if options.whole_edges.is_empty() {
         return Vec::new();
     }
-    let mut corners = options.user_corners.clone();
-    corners.sort_unstable();
-    let is_kept = |v: &u32| corners.binary_search(v).is_ok();
-    let is_whole = |curve: &Curve| {
-        curve.kind == CurveKind::Boundary && curve.vertices.len() == 2 && curve.vertices.iter().all(is_kept)
+    let is_whole = |curve: &Curve| match *curve.vertices {
+        [a, b] => options.whole_edges.contains(&edge_key(a, b)),
+        _ => false,
     };
     curves.iter().map(is_whole).collect()
 }

@@ -15,6 +15,8 @@ use crate::{Error, Result};
 
 /// Where local operations fail, this many other random starts are tried.
 const OTHER_STARTS: u64 = 2;
+/// So many are, where edges are to stay whole: everything else would lose them.
+const STARTS_FOR_WHOLE: u64 = 4;
 /// Each further attempt has this many times the vertices of the last.
 const GROWTH: f64 = 1.5;
 /// Attempts have at most this many times the given number of vertices, or [`FEW`] if that is more.
@@ -25,8 +27,8 @@ const FEW: usize = 5000;
 /// What all attempts share.
 pub(crate) struct Attempts<'a> {
     pub context: RunContext<'a>,
-    /// Vertices of the small components, which are not part of the surface.
-    pub small_vertices: usize,
+    /// Vertices of what is not part of the surface: small components and kept triangles.
+    pub other_vertices: usize,
     /// Attempts that other runs have made.
     pub attempts_before: u32,
 }
@@ -232,9 +234,17 @@ impl Attempts<'_> {
             return Ok(first);
         }
         // Local operations do not know the user's curves, but another start may do.
-        if self.context.plan.has_kept() && !runner.progress.leave_out() {
+        let starts = match (self.context.plan.has_kept(), self.context.plan.pinned.whole.is_empty()) {
+            (false, _) => 0,
+            (true, true) => 1,
+            (true, false) => STARTS_FOR_WHOLE,
+        };
+        for start in 1..=starts {
+            if runner.progress.leave_out() {
+                break;
+            }
             let model = runner.model_for(vertices)?;
-            let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
+            let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
             if !other.is_refused() {
                 return Ok(other);
             }
@@ -249,7 +259,7 @@ impl Attempts<'_> {
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
             Some(fault) if outcome.is_refused() && self.context.options.shortage == Shortage::Refuse => {
-                let vertices = self.context.plan.vertices + self.small_vertices;
+                let vertices = self.context.plan.vertices + self.other_vertices;
                 Err(fault.refusal(vertices, self.context.input, self.context.frame))
             }
             _ => Ok(outcome),

@@ -6,6 +6,7 @@ use super::level_mesh::{LevelMesh, LevelSites};
 use super::shared::CoarseToFine;
 use crate::local::Mended;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::cost::{AttemptCost, PhaseCost};
@@ -281,11 +282,31 @@ impl CoarseToFine<'_> {
         if !now.level.is_sound {
             return Ok(Some(Fault { kind: FaultKind::Topology, at: now.level.faulty_place }));
         }
+        if let Some(at) = self.missing_whole_edge(&now.mesh) {
+            return Ok(Some(Fault { kind: FaultKind::Topology, at: Some(at) }));
+        }
         if found.faces > 0 {
             let at = found.places.first().map(|place| place.farthest.0);
             return Ok(Some(Fault { kind: FaultKind::Intersections(found.faces), at }));
         }
         reporting.progress.during(|progress| self.fault_of_shape(now, progress))
+    }
+
+    /// The middle of an edge that was to stay whole and is none of the mesh.
+    fn missing_whole_edge(&self, constrained: &ConstrainedMesh) -> Option<DVec3> {
+        let curves = self.model.curves.as_ref()?;
+        let whole = constrained.curve_edges.iter().filter(|edge| curves.curves[edge.curve as usize].is_whole);
+        let mut missing: EdgeSet = whole.map(|edge| edge_key(edge.ends[0], edge.ends[1])).collect();
+        if missing.is_empty() {
+            return None;
+        }
+        for &[a, b, c] in &constrained.mesh.triangles {
+            for (a, b) in [(a, b), (b, c), (c, a)] {
+                missing.remove(&edge_key(a, b));
+            }
+        }
+        let at = |v: u32| constrained.mesh.vertices[v as usize];
+        missing.into_iter().min().map(|(a, b)| at(a).midpoint(at(b)))
     }
 
     /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell, or has

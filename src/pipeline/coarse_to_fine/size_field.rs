@@ -73,18 +73,17 @@ pub(crate) fn size_field(
         return Err(Error::option("min_edge", problem, "give a smaller `min_edge` or a larger `max_edge`"));
     }
     if least > spacing || largest < spacing {
-        let (name, length) = if least > spacing { ("min_edge", least) } else { ("max_edge", largest) };
+        let (name, length, than, other) = match least > spacing {
+            true => ("min_edge", least, "more", "smaller"),
+            false => ("max_edge", largest, "less", "larger"),
+        };
         let problem = format!(
-            "`{name}` {} is incompatible with {} vertices, whose mean edge length is {}",
+            "`{name}` {} is {than} than {}, the mean edge length of the result",
             in_units(length),
-            vertices,
             in_units(spacing)
         );
-        return Err(Error::option(
-            name,
-            problem,
-            format!("ask for another number of vertices, or set another `{name}`"),
-        ));
+        let size = if least > spacing { "fewer vertices" } else { "more vertices" };
+        return Err(Error::option(name, problem, format!("give a {other} `{name}`, or ask for {size}")));
     }
     let mut most = fit_for_cells(surface, &curvatures, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));

@@ -5,7 +5,7 @@ use super::near_points::{GROWTH, shorter_at_points};
 use super::size_field::{SizeRequest, size_field};
 use crate::gpu::Device;
 use crate::mesh::features::{FeatureOptions, Features, find_features};
-use crate::mesh::half_edges::twins;
+use crate::mesh::half_edges::{edge_key, twins};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::options::Sizing;
@@ -67,14 +67,15 @@ impl SurfaceModel {
         let RunContext { device, mesh, frame, surface, options, plan, .. } = *context;
         let ModelRequest { vertices, sizing, refined, round_facets } = *request;
         let on_surface = surface_vertices(surface, mesh);
-        let edges = plan.curves.edges(mesh)?;
+        let on = |v: u32| on_surface[v as usize];
+        let edges = plan.edges(mesh)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
         let features = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
             spacing: spacing(surface.area(), vertices),
             user_edges,
             user_corners: plan.pinned.vertices.iter().map(|v| on_surface[*v as usize]).collect(),
-            keep_boundary: plan.pinned.keeps_boundary,
+            whole_edges: plan.pinned.whole.iter().map(|(a, b)| edge_key(on(*a), on(*b))).collect(),
             round_facets,
         };
         let by_surface = |values: &[f64]| {
@@ -117,13 +118,13 @@ impl SurfaceModel {
             let features = find_features(&mesh, options)?;
             progress.poll()?;
             let of = |features: &Features| SurfaceCurves::new(&mesh.vertices, &mesh.triangles, features);
-            let coarse = match options.keep_boundary {
-                true => {
-                    let user_corners = Vec::new();
-                    let coarse = FeatureOptions { user_corners, keep_boundary: false, ..options.clone() };
+            let coarse = match options.whole_edges.is_empty() {
+                true => None,
+                false => {
+                    let (user_corners, whole_edges) = Default::default();
+                    let coarse = FeatureOptions { user_corners, whole_edges, ..options.clone() };
                     of(&find_features(&mesh, &coarse)?)
                 }
-                false => None,
             };
             let curves = of(&features).map(|curves| curves.with_coarse(coarse));
             let sizes = sizes(curves.as_ref())?;
