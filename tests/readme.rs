@@ -77,9 +77,12 @@ fn kitchen() -> Place {
     std::fs::write(place.path("tile.laz"), tile()).unwrap();
     std::fs::write(place.path("sensors.xyz"), "0.5 0.5 1\n0.25 0 0.5\n").unwrap();
     std::fs::create_dir(place.path("tiles")).unwrap();
-    let corners =
-        [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.1 * x * y));
-    let square = TriMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] };
+    let at = |k: u32| DVec3::new(f64::from(k % 9) / 8.0, f64::from(k / 9) / 8.0, 0.0);
+    let cell = |k: u32| [[k, k + 1, k + 10], [k, k + 10, k + 9]];
+    let square = TriMesh {
+        vertices: (0..81).map(|k| at(k) + 0.1 * at(k).x * at(k).y * DVec3::Z).collect(),
+        triangles: (0..72).filter(|k| k % 9 < 8).flat_map(cell).collect(),
+    };
     write(place.path("tiles/one.ply"), &square).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();

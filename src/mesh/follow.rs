@@ -101,7 +101,7 @@ impl Follower {
         }
         let problem = match own.iter().zip(other).position(|(own, other)| own != other) {
             Some(first) if own.len() == other.len() => {
-                format!("triangle {} of the pose has other vertices than that of the input", first + 1)
+                format!("triangle {first} of the pose has other vertices than that of the input")
             }
             _ => format!("the pose has {} triangles, and the input has {}", other.len(), own.len()),
         };

@@ -81,6 +81,8 @@ fn other_meshes_are_refused() {
     assert!(refusal(&pose).contains("the pose has 3455 triangles, and the input has 3456"));
     pose.vertices.pop();
     assert!(refusal(&pose).contains("vertices, and the input has 1728"));
+    let huge = moved(&input, |p| p * 1e200);
+    assert!(refusal(&huge).contains("not finite or too large"));
     let elsewhere = moved(&input, |p| p + DVec3::X * 9.0);
     let refused = Follower::new(input, &elsewhere, &ProgressToken::default()).unwrap_err();
     assert!(refused.to_string().contains("give the mesh that the result was made from"), "{refused}");

@@ -1,7 +1,7 @@
 //! Results that are their own mirror images.
 
 use crate::support::device;
-use crate::support::shapes::{globe, moved};
+use crate::support::shapes::{cube, globe, moved, union};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -100,6 +100,23 @@ fn inputs_that_are_not_symmetric_are_refused_with_how_far_off_they_are() {
     let refused = remesh(device(), &lopsided, &Options::new(300).symmetric(Symmetry::X)).unwrap_err();
     let text = refused.to_string();
     assert!(text.contains("not symmetric along x") && text.contains("% of the diagonal away"), "{text}");
+}
+
+#[test]
+fn what_lies_in_the_plane_or_touches_it_is_refused() {
+    // Two boxes that are almost in touch, and one with a wall inside.
+    let gap = 1e-7;
+    let right = moved(&cube(), |p| p + DVec3::X * gap);
+    let left = moved(&cube(), |p| p - DVec3::X * (1.0 + gap));
+    let mut walled = union(&moved(&cube(), |p| p - DVec3::X * 0.5), &TriMesh::default());
+    let count = walled.vertices.len() as u32;
+    let wall = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]].map(|[y, z]| DVec3::new(0.0, y, z));
+    walled.vertices.extend(wall);
+    walled.triangles.extend([[0, 1, 2], [0, 2, 3]].map(|t| t.map(|v: u32| v + count)));
+    for mesh in [union(&left, &right), walled] {
+        let refused = remesh(device(), &mesh, &Options::new(300).symmetric(Symmetry::X)).unwrap_err();
+        assert!(refused.to_string().contains("in the plane of symmetry or touches it"), "{refused}");
+    }
 }
 
 #[test]

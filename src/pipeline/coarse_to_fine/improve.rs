@@ -295,7 +295,9 @@ impl CoarseToFine<'_> {
     /// The middle of an edge that was to stay whole and is none of the mesh.
     fn missing_whole_edge(&self, constrained: &ConstrainedMesh) -> Option<DVec3> {
         let curves = self.model.curves.as_ref()?;
-        let whole = constrained.curve_edges.iter().filter(|edge| curves.curves[edge.curve as usize].is_whole);
+        // Ridges are numbered behind the curves.
+        let is_whole = |curve: u32| curves.curves.get(curve as usize).is_some_and(|path| path.is_whole);
+        let whole = constrained.curve_edges.iter().filter(|edge| is_whole(edge.curve));
         let mut missing: EdgeSet = whole.map(|edge| edge_key(edge.ends[0], edge.ends[1])).collect();
         if missing.is_empty() {
             return None;
