@@ -63,7 +63,8 @@ class Options(TypedDict, total=False):
     symmetric: Literal["x", "y", "z", "auto"] | None
     """Make the result its own mirror image along x, y, z or auto, the best of these. The input must be
     symmetric within 0.1 % of the diagonal, about the middle of its bounding box. One half is remeshed and
-    mirrored, so there may be one vertex more or fewer than asked for, which a note says."""
+    mirrored, so there may be a vertex more or fewer than asked for, or several if there are very few, which
+    a note says."""
     min_angle: float | None
     """Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
     the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well. Sharp
