@@ -62,7 +62,8 @@ impl Kept {
         let (own, others): (Vec<u32>, Vec<u32>) =
             (0..mesh.triangles.len() as u32).partition(|t| stays[*t as usize]);
         if own.is_empty() {
-            return Ok(None);
+            let remedy = "keep others, or leave out what removes them";
+            return Err(Error::option("keep", "repair removes all triangles that are kept", remedy));
         }
         if others.is_empty() {
             return Err(Error::option("keep", "all triangles are kept", "keep fewer of them"));

@@ -81,7 +81,7 @@ fn other_meshes_are_refused() {
     assert!(refusal(&pose).contains("the pose has 3455 triangles, and the input has 3456"));
     pose.vertices.pop();
     assert!(refusal(&pose).contains("vertices, and the input has 1728"));
-    let huge = moved(&input, |p| p * 1e200);
+    let huge = moved(&input, |p| p * f64::INFINITY);
     assert!(refusal(&huge).contains("not finite or too large"));
     let elsewhere = moved(&input, |p| p + DVec3::X * 9.0);
     let refused = Follower::new(input, &elsewhere, &ProgressToken::default()).unwrap_err();
