@@ -239,15 +239,20 @@ fn more_sites_than_memory_are_refused_before_anything_is_made() {
 #[test]
 fn a_small_part_that_a_coarse_one_cuts_is_told_however_little_is_measured() {
     // Bubbles just below the surface of a ball, which has too few vertices to stay above them.
-    let bubble = |at: DVec3| moved(&sphere(0.08, 3), |p| 0.91 * at + DVec3::new(-p.x, p.y, p.z));
+    let bubble = |at: DVec3| moved(&sphere(0.08, 3), |p| 0.915 * at + DVec3::new(-p.x, p.y, p.z));
     let places = globe(5, 4).vertices;
-    let mesh = places.into_iter().fold(sphere(1.0, 5), |mesh, at| union(&mesh, &bubble(at)));
-    for depth in [MeasureDepth::Basic, MeasureDepth::Full] {
-        let summary = run(&mesh, &Options::new(260).measures(depth)).summary;
+    let mesh = places.into_iter().fold(sphere(1.0, 6), |mesh, at| union(&mesh, &bubble(at)));
+    let mut cut = 0;
+    for vertices in [230, 245, 260] {
+        let summary = run(&mesh, &Options::new(vertices).measures(MeasureDepth::Basic)).summary;
         let crossing = summary.output.self_intersecting_faces.unwrap();
-        assert_eq!((crossing > 0, summary.input_self_intersecting_faces), (true, Some(0)), "{depth:?}");
         let expected = format!("{crossing} self-intersecting faces (the input has none)");
-        assert!(summary.warnings.iter().any(|text| text.starts_with(&expected)), "{:?}", summary.warnings);
-        assert!(summary.warning_codes.contains(&WarningCode::Intersections));
+        let is_told = summary.warnings.iter().any(|text| text.starts_with(&expected));
+        // Which of them are cut depends on the device.
+        assert_eq!(is_told, crossing > 0, "{:?}", summary.warnings);
+        assert_eq!(summary.warning_codes.contains(&WarningCode::Intersections), is_told);
+        assert_eq!(summary.input_self_intersecting_faces, is_told.then_some(0));
+        cut += crossing;
     }
+    assert!(cut > 0);
 }
