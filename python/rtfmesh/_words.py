@@ -223,9 +223,9 @@ def take_kept(options: dict[str, Any], vertices: int, faces: NDArray[np.uint32])
         if array.dtype.kind in "US":
             continue
         if array.dtype.kind == "b" and array.shape == (len(faces),):
-            selected = array
+            selected: NDArray[np.bool_] = array
         elif array.dtype.kind == "b" and array.shape == (vertices,):
-            selected = array[faces].all(axis=1)
+            selected = np.all(array[faces], axis=1)
         elif array.dtype.kind in "iu" and array.ndim == 1:
             selected = np.zeros(len(faces), bool)
             if array.size and not (0 <= array.min() and array.max() < len(faces)):
