@@ -144,7 +144,7 @@ def test_points_seen_from_above_become_a_terrain_unless_an_object_is_asked_for()
         ({"fill_holes": -1}, "`fill_holes` -1 is out of range"),
         ({"fill_holes": True}, "`fill_holes` is True"),
         ({"points_as": "trees"}, "`points_as`: unknown kind trees; use auto, terrain or object"),
-        ({"features": [[0, 1]]}, "`features` needs edges"),
+        ({"features": [[0, 1]]}, "`features` needs faces"),
         ({"attributes": {"vertex": {"a": [1]}}}, "give a row for each"),
         ({"attributes": {"face": {"a": [1]}}}, "there are 0 faces"),
         ({"n": 3}, "at least 4"),
