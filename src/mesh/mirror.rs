@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::TriMesh;
 use super::bvh::Bvh;
-use super::half_edges::edge_key;
+use super::half_edges::{EdgeTable, edge_key};
 
 /// Vertices nearer to the plane than this fraction of the diagonal are on it.
 const ON_PLANE: f64 = 1e-6;
@@ -103,14 +103,9 @@ impl Mirror {
     /// A half with its mirror image: the vertices of its boundary that are on the plane are shared, all
     /// others follow once more.
     pub fn whole(&self, mut half: TriMesh) -> TriMesh {
-        let mut sides: HashMap<(u32, u32), u32> = HashMap::new();
-        for &[a, b, c] in &half.triangles {
-            for (from, to) in [(a, b), (b, c), (c, a)] {
-                *sides.entry(edge_key(from, to)).or_default() += 1;
-            }
-        }
         let mut is_shared = vec![false; half.vertices.len()];
-        for (a, b) in sides.into_iter().filter(|(_, count)| *count == 1).map(|(ends, _)| ends) {
+        let table = EdgeTable::new(&half.triangles);
+        for (a, b) in table.edges().filter(|sides| sides.len() == 1).map(|sides| sides[0].ends()) {
             [a, b].iter().for_each(|v| is_shared[*v as usize] = self.is_near(half.vertices[*v as usize]));
         }
         let mut images: Vec<u32> = (0..half.vertices.len() as u32).collect();

@@ -1,5 +1,6 @@
 //! Triangles that stay as they are: cut off before a run, and joined to its result.
 
+use super::pinned::edge_keys;
 use super::refined::refined_vertices;
 use crate::grammar::counted;
 use crate::mesh::correspondence::{Correspondence, SurfacePoint};
@@ -170,12 +171,9 @@ impl Kept {
             result.vertices[there as usize] = place;
             of_rest.insert(*v, there);
         }
-        let mut sides: HashMap<(u32, u32), usize> = HashMap::new();
-        for &[a, b, c] in &result.triangles {
-            for (a, b) in [(a, b), (b, c), (c, a)] {
-                *sides.entry(edge_key(a, b)).or_default() += 1;
-            }
-        }
+        let table = EdgeTable::new(&result.triangles);
+        let sides: HashMap<(u32, u32), usize> =
+            table.edges().map(|sides| (sides[0].ends(), sides.len())).collect();
         let is_there = |((a, b), count): &((u32, u32), usize)| {
             sides.get(&edge_key(of_rest[a], of_rest[b])).is_some_and(|sides| sides == count)
         };
@@ -251,10 +249,7 @@ fn keep_islands(mesh: &TriMesh, table: &EdgeTable, stays: &mut [bool]) {
 /// The pieces of the user's lines along edges of the rest of a mesh.
 fn lines_of(lines: &FeatureLines, mesh: &TriMesh, rest: &TriMesh) -> Result<FeatureLines> {
     let edges = super::user_curves::drawn(mesh, lines)?;
-    let key = |mesh: &TriMesh, ends: [u32; 2]| {
-        let [a, b] = ends.map(|v| position_key(mesh.vertices[v as usize]));
-        if a < b { [a, b] } else { [b, a] }
-    };
+    let key = |mesh: &TriMesh, ends: [u32; 2]| edge_keys(ends.map(|v| mesh.vertices[v as usize]));
     let sides = rest.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     let there: HashSet<_> = sides.map(|ends| key(rest, ends)).collect();
     let own = edges.into_iter().filter(|ends| there.contains(&key(mesh, *ends)));

@@ -105,15 +105,9 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
     list.extend(of.pinned.iter().cloned());
     list.extend(touching_bodies(of.repaired, input).map(warning(WarningCode::TouchingBodies)));
     list.extend(of_topology(of));
-    let intersecting = output.self_intersecting_faces.unwrap_or(0);
-    let is_new = intersecting > of.rounding.map_or(0, |rounding| rounding.crossing)
-        && of.input_intersections == Some(0)
-        && of.fault.is_none();
-    list.extend(is_new.then(|| {
-        let faces = counted(intersecting, ["self-intersecting face", "self-intersecting faces"]);
-        let text = format!("{faces} (the input has none): ask for more vertices");
-        Warning { code: WarningCode::Intersections, text }
-    }));
+    // A fault tells of them, too.
+    let of_output = (output.self_intersecting_faces, of.input_intersections);
+    list.extend(intersections(of_output, of.rounding).filter(|_| of.fault.is_none()));
     list.extend(of.given_up.iter().cloned());
     // Where rounding spoils triangles, other vertices do not help.
     if of.rounding.and_then(Rounding::warning).is_none() {
@@ -126,6 +120,18 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
         list.extend(cracks(input_mesh).as_ref().map(describe_cracks).map(warning(WarningCode::Cracks)));
     }
     list
+}
+
+/// Tells of faces of a result that intersect others where those of the input do not: their numbers, as far as
+/// they are known. Those that rounding made have a warning of their own.
+pub(crate) fn intersections(
+    (of_result, of_input): (Option<usize>, Option<usize>),
+    rounding: Option<&Rounding>,
+) -> Option<Warning> {
+    let count = of_result.filter(|count| *count > rounding.map_or(0, |rounding| rounding.crossing))?;
+    let faces = counted(count, ["self-intersecting face", "self-intersecting faces"]);
+    let text = format!("{faces} (the input has none): ask for more vertices");
+    (of_input == Some(0)).then_some(Warning { code: WarningCode::Intersections, text })
 }
 
 /// What went wrong with sites, vertices and topology.

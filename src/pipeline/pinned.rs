@@ -103,8 +103,8 @@ impl WholeEdges {
         let mut whole = Self::default();
         for (a, b) in edges {
             let ends = [*a, *b].map(|v| mesh.vertices[v as usize]);
-            whole.edges.insert(keys(ends));
-            for key in keys(ends) {
+            whole.edges.insert(edge_keys(ends));
+            for key in edge_keys(ends) {
                 let longest = whole.longest.entry(key).or_default();
                 *longest = longest.max(ends[0].distance(ends[1]));
             }
@@ -118,7 +118,7 @@ impl WholeEdges {
         if size <= 1.0 || self.longest.is_empty() {
             return size;
         }
-        let at_ends = keys([a, b]);
+        let at_ends = edge_keys([a, b]);
         if self.edges.contains(&at_ends) {
             return 0.0;
         }
@@ -128,7 +128,7 @@ impl WholeEdges {
 }
 
 /// The ends of an edge, in either order.
-fn keys(ends: [DVec3; 2]) -> [[u64; 3]; 2] {
+pub(super) fn edge_keys(ends: [DVec3; 2]) -> [[u64; 3]; 2] {
     let [a, b] = ends.map(position_key);
     if a < b { [a, b] } else { [b, a] }
 }

@@ -3,10 +3,11 @@
 use super::cells::cells_of;
 use super::kept::in_units;
 use super::measuring::{MeasureRequest, Measuring, correspondence_of};
-use super::messages::remarks;
+use super::messages::{intersections, remarks};
 use super::outcome::Outcome;
 use super::prepare::repaired_for;
 use super::rounding::Rounding;
+use super::warning::Warning;
 use super::{Remeshed, Summary, WarningCode, run};
 use crate::gpu::Device;
 use crate::grammar::counted;
@@ -175,6 +176,12 @@ fn finish(
     // Sharp edges and what else was found are those of the half.
     for text in &mut summary.warnings {
         *text = format!("in one half, {text}");
+    }
+    // Those of the whole, which its halves may have with each other.
+    let is_told = summary.warning_codes.contains(&WarningCode::Intersections);
+    let crossings = intersections((measured.output.self_intersecting_faces, crossing), rounding.as_ref());
+    if let Some(Warning { code, text }) = crossings.filter(|_| !is_told) {
+        summary.warn(code, text);
     }
     if let Some(text) = rounding.as_ref().and_then(Rounding::warning) {
         summary.warn(WarningCode::Rounding, text);
