@@ -226,8 +226,21 @@ impl Pinned {
         let differs =
             |(v, length): &(u32, f64)| *length < usual || (*length > LONG * usual && with_others.contains(v));
         self.boundary_lengths = self.vertices.iter().map(mean).filter(differs).collect();
-        self.boundary_lengths
-            .extend(next_to_long(mesh, edges, scale, usual).into_iter().filter(|(v, _)| !is_kept(v)));
+        let others = next_to_long(mesh, edges, scale, |_| usual).into_iter().filter(|(v, _)| !is_kept(v));
+        self.boundary_lengths.extend(others);
+    }
+
+    /// At each vertex of the mesh, the length below which edges there must not fall, since an edge that stays
+    /// whole is much longer than the `wanted` ones next to it; 0 where there is no such edge. In diagonals;
+    /// empty if there are none at all.
+    pub fn least_lengths(&self, mesh: &TriMesh, wanted: &[f64]) -> Result<Vec<f64>> {
+        let mut edges: Vec<(u32, u32)> = self.whole.iter().copied().collect();
+        edges.sort_unstable();
+        let scale = UnitFrame::of(mesh)?.scale;
+        let found = next_to_long(mesh, &edges, scale, |v| wanted[v as usize]);
+        let mut least = vec![0.0; if found.is_empty() { 0 } else { wanted.len() }];
+        found.into_iter().for_each(|(v, length)| least[v as usize] = length);
+        Ok(least)
     }
 
     /// Refuses edges that stay whole and are much longer than the others next to them; `lengths` are those at
@@ -303,13 +316,18 @@ impl Pinned {
     }
 }
 
-/// Vertices of a mesh close to edges that are much longer than `usual`, with the lengths to have there, both
-/// in diagonals: sites closer to such an edge than to its ends would take its place.
-fn next_to_long(mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) -> Vec<(u32, f64)> {
+/// Vertices of a mesh close to edges that are much longer than those `wanted` there, with the lengths to have
+/// instead, both in diagonals: sites closer to such an edge than to its ends would take its place.
+fn next_to_long(
+    mesh: &TriMesh,
+    edges: &[(u32, u32)],
+    scale: f64,
+    wanted: impl Fn(u32) -> f64,
+) -> Vec<(u32, f64)> {
     let (mut points, mut of_points) = (Vec::new(), Vec::new());
     for (a, b) in edges {
         let [p, q] = [*a, *b].map(|v| mesh.vertices[v as usize]);
-        let length = p.distance(q) / scale;
+        let (length, usual) = (p.distance(q) / scale, wanted(*a).min(wanted(*b)));
         if length > LONG * usual {
             let count = (length / usual).ceil();
             points.extend((0..=count as usize).map(|k| p.lerp(q, k as f64 / count)));
@@ -320,7 +338,7 @@ fn next_to_long(mesh: &TriMesh, edges: &[(u32, u32)], scale: f64, usual: f64) ->
     let of = |(v, p): (u32, &DVec3)| {
         let nearest = tree.nearest(*p)? as usize;
         let length = LOOSE * of_points[nearest] - FALLS * points[nearest].distance(*p) / scale;
-        (length > usual).then_some((v, length))
+        (length > wanted(v)).then_some((v, length))
     };
     (0..).zip(&mesh.vertices).filter_map(of).collect()
 }

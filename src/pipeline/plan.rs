@@ -96,6 +96,10 @@ impl Plan {
             refined = Refined::new(repaired, wanted, (half_edges, &whole), progress)?;
         }
         refined.undivided = before.as_ref().map(topology).or(refined.undivided);
+        if !refined.is_empty() && !pinned.whole.is_empty() {
+            let wanted = refined.wanted(&repaired.mesh, method.growth, vertices)?;
+            refined.least = pinned.least_lengths(&repaired.mesh, &wanted)?;
+        }
         refined.keep_shorter(&pinned.boundary_lengths, repaired.mesh.vertices.len());
         pinned.refuse_coarse(&repaired.mesh, &refined.lengths, vertices)?;
         let sizing = match (lengths, &method.sizing) {

@@ -9,6 +9,7 @@ use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edges::{EdgeSet, edge_key, next};
 use crate::mesh::repair::Repaired;
 use crate::mesh::sizing::{grown, vertices_with};
+use crate::mesh::spacing;
 use crate::mesh::subdivide::{Halved, halve_edges};
 use crate::mesh::submesh::{extract, used_vertices};
 use crate::mesh::topology::{Topology, topology};
@@ -39,6 +40,9 @@ pub(crate) struct Refined {
     /// The length at each vertex of the mesh, in diagonals of its box; infinite where none is asked for.
     /// Empty if there are none at all.
     pub lengths: Vec<f64>,
+    /// Lengths that edges must not fall below, next to longer edges that stay whole: likewise, 0 where there
+    /// are none.
+    pub least: Vec<f64>,
     /// Names of the regions that no part of the surface is in.
     pub missed: Vec<String>,
     /// Topology of the mesh before it was divided, if it was.
@@ -121,7 +125,18 @@ impl Refined {
             return Ok(Self { missed, undivided, ..Self::default() });
         }
         let lengths = place_of.iter().map(|place| length_of(*place) / scale).collect();
-        Ok(Self { lengths, missed, undivided, places: Arc::new(places), place_of })
+        Ok(Self { lengths, missed, undivided, places: Arc::new(places), place_of, ..Self::default() })
+    }
+
+    /// The lengths that edges of a mesh with so many `vertices` are to have at its vertices, in diagonals:
+    /// those of the regions, from which they grow to the usual one.
+    pub fn wanted(&self, mesh: &TriMesh, growth: f64, vertices: usize) -> Result<Vec<f64>> {
+        let frame = UnitFrame::of(mesh)?;
+        let usual = spacing(mesh.area(), vertices) / frame.scale;
+        let unit = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+        let unit = TriMesh { vertices: unit, triangles: mesh.triangles.clone() };
+        let own = |length: &f64| if length.is_finite() { *length } else { usual };
+        Ok(grown(&unit, self.lengths.iter().map(own).collect(), growth))
     }
 
     /// Takes the lengths of these vertices, of so many in all, for others.

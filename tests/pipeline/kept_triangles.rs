@@ -1,5 +1,6 @@
 //! Whole runs in which triangles of the input stay as they are.
 
+use crate::support::shapes::sphere;
 use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
@@ -143,6 +144,29 @@ fn islands_points_lines_and_finer_parts_are_kept_with_them() {
         let result = run(&mesh, &keep, &options);
         let has = |end: DVec3| result.mesh.vertices.iter().any(|v| v.distance(end) < 1e-12);
         assert!(has(a) && has(c));
+    }
+}
+
+#[test]
+fn finer_parts_go_together_with_long_edges_that_are_kept() {
+    let mesh = sphere(1.0, 3);
+    let keep = select(&mesh, |p| p.x < -0.3);
+    let rest = select(&mesh, |p| p.x >= -0.3);
+    let triangles = rest.iter().map(|t| mesh.triangles[*t as usize]).collect();
+    let rest = TriMesh { vertices: mesh.vertices.clone(), triangles };
+    // Away from the edges that are kept, and at them.
+    for (centre, length) in [(DVec3::X, 0.09), (DVec3::new(-0.3, 0.95, 0.0), 0.08)] {
+        let finer =
+            Refinement { region: Region::Sphere { centre, radius: 0.3 }, length: Length::Units(length) };
+        let options = Options::new(1200).refine(vec![finer]);
+        let result = run(&mesh, &keep, &options);
+        assert_eq!(faults(&result.summary), Vec::<String>::new());
+        assert_eq!(result.mesh.vertices.len(), 1200);
+        let quality = result.summary.output.quality;
+        assert!(quality.min_angle > 25.0 && quality.mean_quality > 0.9, "{quality:?}");
+        let result = remesh(device(), &rest, &options.keep_boundary(true)).unwrap();
+        assert_eq!(faults(&result.summary), Vec::<String>::new());
+        assert!(result.summary.output.quality.min_angle > 25.0, "{:?}", result.summary.output.quality);
     }
 }
 

@@ -26,6 +26,9 @@ pub struct Bounds<'a> {
     /// Lengths at vertices that are as they are, infinite where there is none; empty if there are none at
     /// all. The bounds but for the growth do not hold for them.
     pub fixed: &'a [f64],
+    /// Lengths below which those at vertices do not fall, whatever the other bounds, 0 where there is none;
+    /// empty if there are none at all.
+    pub floors: &'a [f64],
 }
 
 /// Lengths that bounds allow.
@@ -52,7 +55,9 @@ pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Graded {
         for (length, fixed) in lengths.iter_mut().zip(bounds.fixed).filter(|(_, fixed)| fixed.is_finite()) {
             *length = *fixed;
         }
-        edges.limited(lengths, bounds.growth)
+        let mut lengths = edges.limited(lengths, bounds.growth);
+        lengths.iter_mut().zip(bounds.floors).for_each(|(length, floor)| *length = length.max(*floor));
+        lengths
     };
     // Vertices over those of the uniform mesh.
     let share = |lengths: &[f64]| {
@@ -163,7 +168,8 @@ mod tests {
         let targets: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
         let h = spacing(mesh.area(), 2000);
         let largest = vec![6.0 * h; targets.len()];
-        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2, fixed: &[] };
+        let bounds =
+            Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2, fixed: &[], floors: &[] };
         let got = graded(&mesh, &targets, &bounds).lengths;
         let mut share = 0.0;
         for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -207,7 +213,8 @@ mod tests {
         };
         let even = vec![1.0; mesh.vertices.len()];
         let at = |fixed: &[f64]| {
-            let bounds = Bounds { spacing: h, least: 0.5 * h, largest: &largest, growth: 0.3, fixed };
+            let bounds =
+                Bounds { spacing: h, least: 0.5 * h, largest: &largest, growth: 0.3, fixed, floors: &[] };
             graded(&mesh, &even, &bounds)
         };
         for length in [0.4 * h, 2.0 * h] {
@@ -223,11 +230,37 @@ mod tests {
     }
 
     #[test]
+    fn lengths_do_not_fall_below_their_floors() {
+        let mesh = sample("sphere").unwrap();
+        let h = spacing(mesh.area(), 2000);
+        let list = |inside: f64, outside: f64| -> Vec<f64> {
+            mesh.vertices.iter().map(|p| if p.z > 0.9 { inside } else { outside }).collect()
+        };
+        let (largest, targets) = (list(6.0 * h, 6.0 * h), list(1.0, 1.0));
+        let (fixed, floors) = (list(3.0 * h, f64::INFINITY), list(3.0 * h, 0.0));
+        let bounds = Bounds {
+            spacing: h,
+            least: 0.2 * h,
+            largest: &largest,
+            growth: 0.1,
+            fixed: &fixed,
+            floors: &floors,
+        };
+        let got = graded(&mesh, &targets, &bounds);
+        assert!((got.share - 1.0).abs() < CLOSE, "{}", got.share);
+        let inside = got.lengths.iter().zip(&mesh.vertices).filter(|(_, p)| p.z > 0.9);
+        assert!(inside.clone().count() > 20 && inside.clone().all(|(got, _)| *got == 3.0 * h));
+        // Others do not grow to them.
+        assert!(got.lengths.iter().zip(&mesh.vertices).all(|(got, p)| p.z > 0.9 || *got < 1.5 * h));
+    }
+
+    #[test]
     fn equal_targets_give_a_uniform_mesh() {
         let mesh = sample("torus").unwrap();
         let h = spacing(mesh.area(), 500);
         let largest = vec![8.0 * h; mesh.vertices.len()];
-        let bounds = Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3, fixed: &[] };
+        let bounds =
+            Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3, fixed: &[], floors: &[] };
         let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds).lengths;
         assert!(got.iter().all(|length| (length / h - 1.0).abs() < CLOSE), "{:?}", &got[..3]);
     }

@@ -37,6 +37,7 @@ pub(crate) fn sizes(
         sizing: &plan.sizing,
         given: &given,
         fixed: &[],
+        floors: &[],
         diagonal,
     };
     size_field(&surface.mesh(), None, &request)

@@ -36,6 +36,8 @@ pub(crate) struct SizeRequest<'a> {
     pub given: &'a [f64],
     /// Lengths at the vertices of the surface that stay, infinite elsewhere; empty if there are none.
     pub fixed: &'a [f64],
+    /// Lengths below which those at the vertices of the surface do not fall; empty if there are none.
+    pub floors: &'a [f64],
     /// Diagonal of the input's bounding box, in its units.
     pub diagonal: f64,
 }
@@ -50,7 +52,7 @@ pub(crate) fn size_field(
     curves: Option<&SurfaceCurves>,
     request: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal } = *request;
+    let SizeRequest { options, min_edge, vertices, sizing, given, fixed, floors, diagonal } = *request;
     let max_edge = options.coarse_to_fine.max_edge;
     if sizing.is_even() && fixed.is_empty() {
         return Ok(SizeField::default());
@@ -91,8 +93,8 @@ pub(crate) fn size_field(
         true => options.coarse_to_fine.growth.max(FROM_BOUNDARY),
         false => options.coarse_to_fine.growth,
     };
-    let Graded { lengths, share } =
-        graded(surface, &desired, &Bounds { spacing, least, largest: &most, growth, fixed });
+    let bounds = Bounds { spacing, least, largest: &most, growth, fixed, floors };
+    let Graded { lengths, share } = graded(surface, &desired, &bounds);
     if !fixed.is_empty() && !EXACT.contains(&share) {
         return Err(refuse_share(options, vertices, share));
     }

@@ -84,11 +84,11 @@ impl SurfaceModel {
             list
         };
         let given = if let Sizing::Given(values) = sizing { by_surface(values) } else { Vec::new() };
-        let fixed = by_surface(refined);
+        let [fixed, floors] = [refined, &plan.refined.least].map(by_surface);
         let sizes = |curves: Option<&SurfaceCurves>| {
-            let (min_edge, given, fixed) = (plan.min_edge, given.as_slice(), fixed.as_slice());
-            let diagonal = frame.scale;
-            let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, diagonal };
+            let (min_edge, given, diagonal) = (plan.min_edge, given.as_slice(), frame.scale);
+            let (fixed, floors) = (fixed.as_slice(), floors.as_slice());
+            let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, floors, diagonal };
             let (mesh, spacing) = (surface.mesh(), spacing(surface.area(), vertices));
             let field = size_field(&mesh, curves, &request)?;
             let at_points = curves.map_or_else(Vec::new, |curves| shorter_at_points(curves, spacing));
