@@ -5,6 +5,7 @@ use super::small_angles::MendingCounts;
 use crate::mesh::forced_angles::ForcedAngles;
 use crate::mesh::quality::angle_below;
 use crate::mesh::spacing;
+use crate::mesh::submesh::{used_vertices, without_unused_vertices};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::polish::Outlier;
@@ -55,6 +56,20 @@ pub(crate) struct Outcome {
 }
 
 impl Outcome {
+    /// Takes the mesh, without vertices that no triangle has, as faulty ones may have them.
+    pub fn take_mesh(&mut self) -> TriMesh {
+        let TriMesh { vertices, triangles } = std::mem::take(&mut self.mesh);
+        let is_used = used_vertices(vertices.len(), &triangles);
+        if !is_used.contains(&false) {
+            return TriMesh { vertices, triangles };
+        }
+        if let Some(faces) = &mut self.tangent_faces {
+            let mut uses = is_used.iter();
+            faces.retain(|_| uses.next().is_none_or(|used| *used));
+        }
+        without_unused_vertices(&TriMesh { vertices, triangles: Vec::new() }, triangles)
+    }
+
     /// Whether the mesh has a fault for which it may be refused, other than slivers.
     pub fn is_refused(&self) -> bool {
         self.fault.as_ref().is_some_and(Fault::is_refused)
@@ -167,5 +182,22 @@ impl Fault {
         let decimals = decimals(frame.scale);
         let [x, y, z] = frame.to_input_units(at).to_array();
         format!("{what} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_without_triangles_are_left_out_with_their_faces() {
+        let vertices = [0.0, 1.0, 2.0, 3.0, 4.0].map(|x| DVec3::new(x, x * x, 0.0)).to_vec();
+        let mesh = TriMesh { vertices: vertices.clone(), triangles: vec![[4, 0, 2]] };
+        let faces = vertices.iter().map(|p| vec![*p]).collect();
+        let mut outcome = Outcome { mesh, tangent_faces: Some(faces), ..Outcome::default() };
+        let taken = outcome.take_mesh();
+        let left = [0, 2, 4].map(|v: usize| vertices[v]);
+        assert_eq!((taken.vertices.as_slice(), taken.triangles.as_slice()), (&left[..], &[[2, 0, 1]][..]));
+        assert_eq!(outcome.tangent_faces.unwrap(), left.map(|p| vec![p]));
     }
 }

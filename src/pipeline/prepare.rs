@@ -167,7 +167,7 @@ impl Prepared {
     /// # Errors
     /// Those of [`Kept::join`].
     pub fn assemble(&mut self, outcome: &mut Outcome) -> Result<(TriMesh, Vec<Warning>)> {
-        let mut mesh = std::mem::take(&mut outcome.mesh);
+        let mut mesh = outcome.take_mesh();
         let pinned = self.plan.pinned.among(&mesh.vertices);
         face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
