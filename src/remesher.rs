@@ -83,7 +83,7 @@ impl Remesher {
         // Ratios and edge lengths refer to what is left after the repair.
         let repaired = repair_with(mesh, &self.options.repairs())?;
         let faces = if let Size::Faces(count) = size { Some(count) } else { self.options.faces };
-        let vertices = vertices_for(size, &repaired, &self.options, mesh.triangles.len())?;
+        let vertices = vertices_for(size, &repaired, &self.options, mesh)?;
         let options = self.options.clone().vertices(vertices).faces(faces);
         remesh_repaired(&self.device, mesh, Some(repaired), &options, progress)
     }

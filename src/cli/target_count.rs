@@ -117,7 +117,7 @@ pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -
         return Ok(None);
     }
     let repaired = repair_with(mesh, &options.repairs())?;
-    let count = vertices_for(size, &repaired, options, mesh.triangles.len())?;
+    let count = vertices_for(size, &repaired, options, mesh)?;
     options.vertices = count;
     if size == Size::AsInput {
         notes.mention(&format!("no size given: keeping the input's vertex count, {count}"));

@@ -40,7 +40,7 @@ pub(super) fn with_vertices(
     };
     let mut rest = repaired.clone();
     let options = &in_units(options, &rest.mesh)?;
-    let kept = Kept::cut_off(&mut rest, options, mesh.triangles.len())?;
+    let kept = Kept::cut_off(&mut rest, options, mesh)?;
     let others = kept.as_ref().map_or([0; 2], |kept| [kept.own_vertices(), kept.triangles()]);
     let input = topology(&rest.mesh);
     let vertices = |single: i64| {

@@ -26,6 +26,10 @@ pub(crate) struct Kept {
     mesh: TriMesh,
     /// Which of the input each of them is.
     origin: Vec<u32>,
+    /// How many of them are as in the input, and how many that were to stay are not, or not there at all:
+    /// repair turned, merged or removed them.
+    unchanged: usize,
+    changed: usize,
     /// The repaired input with them and its topology.
     pub whole: Repaired,
     pub topology: Topology,
@@ -40,14 +44,14 @@ pub(crate) struct Kept {
 }
 
 impl Kept {
-    /// Leaves in `repaired` what does not stay; `None` if the options name no triangles. Parts of the rest
-    /// without a vertex of their own stay as well.
+    /// Leaves in `repaired`, which was made from `input`, what does not stay; `None` if the options name no
+    /// triangles. Parts of the rest without a vertex of their own stay as well.
     ///
     /// # Errors
     /// [`Error::Usage`] for triangles that the input does not have, and if all of them stay; those of the
     /// user's lines.
-    pub fn cut_off(repaired: &mut Repaired, options: &Options, triangles: usize) -> Result<Option<Self>> {
-        let wanted = &options.coarse_to_fine.keep;
+    pub fn cut_off(repaired: &mut Repaired, options: &Options, input: &TriMesh) -> Result<Option<Self>> {
+        let (wanted, triangles) = (&options.coarse_to_fine.keep, input.triangles.len());
         if wanted.is_empty() {
             return Ok(None);
         }
@@ -91,9 +95,16 @@ impl Kept {
             Some(lines) => Some(lines_of(lines, mesh, &rest)?),
         };
         let origin_of = |list: &[u32]| list.iter().map(|t| repaired.origin[*t as usize]).collect();
-        let (origin, rest_origin) = (origin_of(&own), origin_of(&others));
+        let (origin, rest_origin): (Vec<u32>, Vec<u32>) = (origin_of(&own), origin_of(&others));
+        let is_unchanged = |(t, origin): (&u32, &u32)| {
+            corner_keys(mesh.corners(*t as usize)) == corner_keys(input.corners(*origin as usize))
+        };
+        let unchanged: Vec<u32> =
+            own.iter().zip(&origin).filter(|pair| is_unchanged(*pair)).map(|(_, origin)| *origin).collect();
         let kept = Self {
             mesh: extract(mesh, &own),
+            changed: wanted.len() - unchanged.iter().filter(|t| wanted.contains(t)).count(),
+            unchanged: unchanged.len(),
             origin,
             topology: topology(mesh),
             shared,
@@ -108,8 +119,15 @@ impl Kept {
 
     /// What is to be said of them.
     pub fn remark(&self) -> String {
-        let count = counted(self.triangles(), ["triangle of the input is", "triangles of the input are"]);
-        format!("{count} kept as they are")
+        let count = counted(self.unchanged, ["triangle of the input is", "triangles of the input are"]);
+        let text = format!("{count} kept as they are");
+        match self.changed {
+            0 => text,
+            changed => {
+                let others = counted(changed, ["other is not", "others are not"]);
+                format!("{text}; {others}: repair turned, merged or removed what was to be kept")
+            }
+        }
     }
 
     /// Triangles that stay.
@@ -225,6 +243,15 @@ fn of_vertices(mesh: &TriMesh, triangles: &[u32]) -> Vec<bool> {
     is_one
 }
 
+/// The corners of a triangle, from the least on.
+fn corner_keys(corners: [DVec3; 3]) -> [[u64; 3]; 3] {
+    let mut keys = corners.map(position_key);
+    while keys[0] > keys[1] || keys[0] > keys[2] {
+        keys.rotate_left(1);
+    }
+    keys
+}
+
 /// Keeps parts of the rest, connected by edges, all of whose vertices are on kept triangles: nothing in them
 /// could move.
 fn keep_islands(mesh: &TriMesh, table: &EdgeTable, stays: &mut [bool]) {
@@ -277,8 +304,8 @@ pub(crate) fn in_units(options: &Options, repaired: &TriMesh) -> Result<Options>
     Ok(options)
 }
 
-/// The number of vertices for this size of the result of a mesh with so many `triangles` before it was
-/// `repaired`: an edge length is that of what is neither kept nor refined.
+/// The number of vertices for this size of the result of `input`, which is `repaired` here: an edge length is
+/// that of what is neither kept nor refined.
 ///
 /// # Errors
 /// Those of [`Size::vertices`], [`refined_vertices`] and [`Kept::cut_off`].
@@ -286,7 +313,7 @@ pub(crate) fn vertices_for(
     size: Size,
     repaired: &Repaired,
     options: &Options,
-    triangles: usize,
+    input: &TriMesh,
 ) -> Result<usize> {
     let method = &options.coarse_to_fine;
     let Some(length) = size.length() else { return size.vertices(&repaired.mesh) };
@@ -300,7 +327,7 @@ pub(crate) fn vertices_for(
     let scale = UnitFrame::of(&repaired.mesh)?.scale;
     let (options, length) = (in_units(options, &repaired.mesh)?, length.share_of(scale) * scale);
     let mut rest = repaired.clone();
-    let own = Kept::cut_off(&mut rest, &options, triangles)?.map_or(0, |kept| kept.own_vertices());
+    let own = Kept::cut_off(&mut rest, &options, input)?.map_or(0, |kept| kept.own_vertices());
     let others = match method.refine.is_empty() {
         true => Size::EdgeLength(length).vertices(&rest.mesh)?,
         false => refined_vertices(&rest, &options, Length::Units(length))?,

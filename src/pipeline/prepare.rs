@@ -69,7 +69,7 @@ impl Prepared {
     pub fn new(device: &Device, mut input: RunInput, progress: &ProgressToken) -> Result<Self> {
         let options = input.options;
         let mut repaired = repaired_for(input.mesh, input.repaired.take(), options)?;
-        let kept = Kept::cut_off(&mut repaired, options, input.mesh.triangles.len())?;
+        let kept = Kept::cut_off(&mut repaired, options, input.mesh)?;
         let mut plan = Plan::new(&input, &mut repaired, kept.as_ref(), progress)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;

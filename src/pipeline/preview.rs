@@ -86,7 +86,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
     let options = &in_units(options, &repaired.mesh)?;
-    let kept = Kept::cut_off(&mut repaired, options, mesh.triangles.len())?;
+    let kept = Kept::cut_off(&mut repaired, options, mesh)?;
     let other_vertices = kept.as_ref().map_or(0, Kept::own_vertices);
     let input = RunInput::new(mesh, None, options);
     let plan = Plan::new(&input, &mut repaired, kept.as_ref(), &ProgressToken::default())?;

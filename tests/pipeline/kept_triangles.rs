@@ -180,6 +180,22 @@ fn faces_are_counted_with_those_that_stay() {
 }
 
 #[test]
+fn those_that_repair_changes_are_not_said_to_be_as_they_were() {
+    let mut mesh = sample("bumpy-sphere").unwrap();
+    let mut keep = select(&mesh, |p| p.x < -0.3);
+    let count = keep.len();
+    // One turned over, one twice, and one without an area.
+    mesh.triangles[keep[0] as usize].swap(0, 1);
+    let [a, b, c] = mesh.triangles[keep[1] as usize];
+    keep.extend([0, 1].map(|k| mesh.triangles.len() as u32 + k));
+    mesh.triangles.extend([[b, c, a], [a, a, b]]);
+    let options = Options::new(count + 1500).keep(keep);
+    let said = remesh(device(), &mesh, &options).unwrap().summary.remarks.join("; ");
+    let as_before = format!("{} triangles of the input are kept as they are; 3 others are not", count - 1);
+    assert!(said.contains(&as_before), "{said}");
+}
+
+#[test]
 fn what_cannot_be_kept_is_refused_before_the_run() {
     let mesh = sample("bumpy-sphere").unwrap();
     let keep = select(&mesh, |p| p.x < -0.3);
