@@ -89,7 +89,7 @@ pub use options::{
     Shortage, Size, Sizing, Symmetry,
 };
 pub use pipeline::{
-    Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,
+    Preview, PreviewKept, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,
     remesh_repaired, remesh_with_progress,
 };
 pub use progress::{Flow, Phase, Progress, ProgressToken};

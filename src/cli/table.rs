@@ -55,6 +55,10 @@ pub fn preview(p: &Preview) -> String {
         (vertices, format!("{}, {:.6}", p.vertices, p.spacing)),
         ("curves, corners, patches", format!("{}, {}, {}", p.curves, p.corners, p.patches.len())),
     ];
+    if let Some(kept) = &p.kept {
+        let text = format!("{}, {}, {}", kept.triangles, kept.vertices, kept.joining_edges);
+        rows.push(("kept triangles, their vertices, edges of the join", text));
+    }
     for level in &p.levels {
         let inside = level.vertices - level.on_curves;
         let text = format!("{:8} vertices, spacing {:.6}", level.vertices, level.spacing);

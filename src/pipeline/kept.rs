@@ -11,7 +11,7 @@ use crate::mesh::repair::Repaired;
 use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Partition, Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::{FeatureLines, Length, Options, Refinement, Size};
+use crate::options::{FeatureLines, Length, Options, Refinement, Shortage, Size};
 use crate::{Error, Result, TriMesh};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -71,7 +71,11 @@ impl Kept {
             return Err(Error::option("keep", "repair removes all triangles that are kept", remedy));
         }
         if others.is_empty() {
-            return Err(Error::option("keep", "all triangles are kept", "keep fewer of them"));
+            let problem = match repaired.origin.iter().all(|t| wanted.contains(t)) {
+                true => "all triangles are kept",
+                false => "the triangles that are not kept have no vertices of their own, so nothing can move",
+            };
+            return Err(Error::option("keep", problem, "keep fewer triangles"));
         }
         let rest = extract(mesh, &others);
         let [in_kept, in_rest] = [&own, &others].map(|list| of_vertices(mesh, list));
@@ -140,14 +144,14 @@ impl Kept {
         self.mesh.vertices.len() - self.shared.len()
     }
 
-    /// The vertices of the rest if there are so many in all.
+    /// The vertices of the rest if there are so many in all, or the least number if more may be added.
     ///
     /// # Errors
     /// [`Error::Usage`] if that is too few.
-    pub fn rest_of(&self, vertices: usize) -> Result<usize> {
+    pub fn rest_of(&self, vertices: usize, shortage: Shortage) -> Result<usize> {
         let least = self.own_vertices() + ((self.shared.len() as f64 / MOST_SHARED).ceil() as usize).max(4);
-        if vertices >= least {
-            return Ok(vertices - self.own_vertices());
+        if vertices >= least || shortage == Shortage::AddVertices {
+            return Ok(vertices.max(least) - self.own_vertices());
         }
         let own = self.mesh.vertices.len();
         let problem = match own >= vertices {

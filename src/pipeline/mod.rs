@@ -66,7 +66,7 @@ use warning::Warning;
 
 pub use deviation::DeviationSummary;
 pub(crate) use prepare::{compile, compile_later};
-pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
+pub use preview::{Preview, PreviewKept, PreviewLevel, preview, preview_repaired};
 pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, ShorterEdges, Summary};
 pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]

@@ -61,7 +61,8 @@ impl Plan {
         kept: Option<&Kept>,
         progress: &ProgressToken,
     ) -> Result<Self> {
-        let vertices = kept.map_or(Ok(input.vertices), |kept| kept.rest_of(input.vertices))?;
+        let vertices =
+            kept.map_or(Ok(input.vertices), |kept| kept.rest_of(input.vertices, input.options.shortage))?;
         let plan = Self::of_rest(input, (repaired, vertices), kept, progress);
         plan.map_err(|error| kept.map_or(error.clone(), |kept| kept.of_rest(error)))
     }

@@ -8,6 +8,7 @@ use super::kept::{Kept, in_units};
 use super::memory::bytes_needed;
 use super::plan::Plan;
 use super::prepare::repaired_for;
+use super::symmetric::halved;
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
@@ -29,6 +30,8 @@ pub struct Preview {
     pub input: [usize; 2],
     /// Vertices of the result, with those of kept triangles, which nothing else here counts.
     pub vertices: usize,
+    /// What is kept as it is of the input, if anything.
+    pub kept: Option<PreviewKept>,
     /// Whether the run may find out that another number of vertices leads to the triangles asked for: how
     /// many boundary edges there will be is only estimated here.
     pub vertices_may_change: bool,
@@ -63,6 +66,18 @@ pub struct PreviewLevel {
     pub spacing: f64,
 }
 
+/// What is kept as it is of the input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
+pub struct PreviewKept {
+    /// Its triangles.
+    pub triangles: usize,
+    /// Their vertices.
+    pub vertices: usize,
+    /// Edges along which the rest joins them.
+    pub joining_edges: usize,
+}
+
 /// Plans a run of [`crate::remesh`] without making it.
 ///
 /// # Errors
@@ -85,6 +100,9 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
+    if let Some(symmetry) = options.coarse_to_fine.symmetric {
+        halved(&repaired.mesh, &topology(&repaired.mesh), symmetry)?;
+    }
     let options = &in_units(options, &repaired.mesh)?;
     let kept = Kept::cut_off(&mut repaired, options, mesh)?;
     let other_vertices = kept.as_ref().map_or(0, Kept::own_vertices);
@@ -115,6 +133,11 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
                 [input.vertices, input.faces]
             }),
         vertices: vertices + other_vertices,
+        kept: kept.as_ref().map(|kept| PreviewKept {
+            triangles: kept.triangles(),
+            vertices: kept.own_vertices() + kept.shared.len(),
+            joining_edges: kept.cut.len(),
+        }),
         vertices_may_change: may_change(options, &repaired.mesh),
         spacing: spacing(surface.area, vertices) * diagonal,
         collapses: levels.is_empty(),

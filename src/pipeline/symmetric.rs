@@ -38,12 +38,7 @@ pub(crate) fn remesh_symmetric(
 ) -> Result<Remeshed> {
     let repaired = repaired_for(mesh, repaired, options)?;
     let (on, whole) = (&repaired.mesh, topology(&repaired.mesh));
-    let mirror = find_mirror(on, symmetry)?;
-    let (half, cut) = mirror.half(on);
-    if !is_like(&mirror.whole(half.clone()), &whole) {
-        let problem = "a part of the surface lies in the plane of symmetry or touches it";
-        return Err(Error::input(None, problem, "remove that part, or remove `symmetric`"));
-    }
+    let Halved { mirror, half, cut } = halved(on, &whole, symmetry)?;
     let options = &in_units(options, on)?;
     let wanted = options.vertices;
     // As many vertices on the plane as edges fit along it.
@@ -90,6 +85,28 @@ pub(crate) fn remesh_symmetric(
     let found = progress.during(|token| finish(mesh, &repaired, options, &whole, found, token))?;
     progress.done(1.0)?;
     Ok(found)
+}
+
+/// One half of a mesh.
+pub(crate) struct Halved {
+    mirror: Mirror,
+    half: TriMesh,
+    /// The length of the cut.
+    cut: f64,
+}
+
+/// One half of the mesh, which has this topology.
+///
+/// # Errors
+/// [`Error::Input`] if it is not symmetric.
+pub(crate) fn halved(mesh: &TriMesh, whole: &Topology, symmetry: Symmetry) -> Result<Halved> {
+    let mirror = find_mirror(mesh, symmetry)?;
+    let (half, cut) = mirror.half(mesh);
+    if is_like(&mirror.whole(half.clone()), whole) {
+        return Ok(Halved { mirror, half, cut });
+    }
+    let problem = "a part of the surface lies in the plane of symmetry or touches it";
+    Err(Error::input(None, problem, "remove that part, or remove `symmetric`"))
 }
 
 /// The plane that was asked for.

@@ -92,6 +92,8 @@ fn selections_stay_in_files() {
     assert_eq!(place.bytes("out.ply"), place.bytes("many/in.ply"));
     let (_, told) = place.run("remesh in.obj length.ply --edge-length 0.04 --keep label:low");
     assert!(told.contains("320 triangles of the input are kept as they are"), "{told}");
+    let (plan, _) = place.run("remesh in.obj --dry-run -n 700 --keep label:low");
+    assert!(plan.contains("edges of the join") && plan.contains("320, 189, 20"), "{plan}");
     let count = read(place.path("length.ply")).unwrap().mesh.vertices.len();
     assert!((550..750).contains(&count), "{count}");
     for (arguments, words) in [

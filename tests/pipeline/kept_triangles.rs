@@ -6,8 +6,8 @@ use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{
-    CorrespondenceRequest, Error, FeatureLines, Length, Options, Refinement, Region, Remeshed, TriMesh,
-    preview, remesh,
+    CorrespondenceRequest, Error, FeatureLines, Length, Options, Refinement, Region, Remeshed, Shortage,
+    TriMesh, preview, remesh,
 };
 use std::collections::HashSet;
 
@@ -73,7 +73,9 @@ fn a_third_stays_and_the_rest_joins_it() {
                 assert!(place.distance(result.mesh.vertices[v as usize]) < 1e-15);
             }
         }
-        let plan = preview(&mesh, &options.keep(keep)).unwrap();
+        let plan = preview(&mesh, &options.keep(keep.clone())).unwrap();
+        let kept = plan.kept.unwrap();
+        assert!((kept.triangles, kept.vertices) == (keep.len(), own.len()) && kept.joining_edges > 9);
         assert_eq!((plan.vertices, plan.input), (count, [mesh.vertices.len(), mesh.triangles.len()]));
     }
 }
@@ -196,13 +198,27 @@ fn those_that_repair_changes_are_not_said_to_be_as_they_were() {
 }
 
 #[test]
+fn vertices_are_added_for_what_is_kept() {
+    let mesh = sample("bumpy-sphere").unwrap();
+    let keep = select(&mesh, |p| p.x < -0.3);
+    let mut options = Options::new(100);
+    options.shortage = Shortage::AddVertices;
+    let result = run(&mesh, &keep, &options);
+    let own: HashSet<u32> = keep.iter().flat_map(|t| mesh.triangles[*t as usize]).collect();
+    assert!((own.len()..2 * own.len()).contains(&result.mesh.vertices.len()));
+    assert_eq!(faults(&result.summary), Vec::<String>::new());
+}
+
+#[test]
 fn what_cannot_be_kept_is_refused_before_the_run() {
     let mesh = sample("bumpy-sphere").unwrap();
     let keep = select(&mesh, |p| p.x < -0.3);
     let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+    let but_one = all[1..].to_vec();
     for (options, words) in [
         (Options::new(100).keep(keep.clone()), "alone have"),
         (Options::new(500).keep(all), "all triangles are kept"),
+        (Options::new(9000).keep(but_one), "no vertices of their own"),
         (Options::new(500).keep(vec![u32::MAX - 1]), "names triangle"),
         (Options::new(9000).keep(keep.clone()).local(true), "does not go together"),
         (Options::new(9000).keep(keep).smooth_boundary(0.1), "`smooth_boundary` moves"),

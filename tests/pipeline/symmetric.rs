@@ -6,7 +6,7 @@ use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::options::Symmetry;
-use rtfmesh::{Options, TriMesh, WarningCode, remesh};
+use rtfmesh::{Options, TriMesh, WarningCode, preview, remesh};
 use std::collections::HashMap;
 
 /// A sphere with bumps that are the same on both sides of x = 0: one half, and its mirror image.
@@ -97,9 +97,14 @@ fn symmetric_inputs_give_symmetric_results() {
 #[test]
 fn inputs_that_are_not_symmetric_are_refused_with_how_far_off_they_are() {
     let lopsided = moved(&face(), |p| p + DVec3::X * 0.1 * (p.y + p.x).max(0.0));
-    let refused = remesh(device(), &lopsided, &Options::new(300).symmetric(Symmetry::X)).unwrap_err();
-    let text = refused.to_string();
-    assert!(text.contains("not symmetric along x") && text.contains("% of the diagonal away"), "{text}");
+    let options = Options::new(300).symmetric(Symmetry::X);
+    let refused = [
+        remesh(device(), &lopsided, &options).map(drop).unwrap_err(),
+        preview(&lopsided, &options).map(drop).unwrap_err(),
+    ];
+    for text in refused.map(|refused| refused.to_string()) {
+        assert!(text.contains("not symmetric along x") && text.contains("% of the diagonal away"), "{text}");
+    }
 }
 
 #[test]
