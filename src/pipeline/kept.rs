@@ -144,12 +144,17 @@ impl Kept {
         self.mesh.vertices.len() - self.shared.len()
     }
 
+    /// The least number of vertices of the rest.
+    pub fn least_of_rest(&self) -> usize {
+        ((self.shared.len() as f64 / MOST_SHARED).ceil() as usize).max(4)
+    }
+
     /// The vertices of the rest if there are so many in all, or the least number if more may be added.
     ///
     /// # Errors
     /// [`Error::Usage`] if that is too few.
     pub fn rest_of(&self, vertices: usize, shortage: Shortage) -> Result<usize> {
-        let least = self.own_vertices() + ((self.shared.len() as f64 / MOST_SHARED).ceil() as usize).max(4);
+        let least = self.own_vertices() + self.least_of_rest();
         if vertices >= least || shortage == Shortage::AddVertices {
             return Ok(vertices.max(least) - self.own_vertices());
         }
@@ -184,7 +189,8 @@ impl Kept {
             found.iter().map(|(v, position)| (position_key(*position), *v as u32)).collect();
         let lost = || {
             let problem = "the rest of the surface could not be joined to the triangles of `keep`";
-            Error::input(None, problem, "ask for more vertices, or keep other triangles")
+            let remedy = "keep fewer or more triangles, so that no small parts are left between kept ones";
+            Error::input(None, problem, remedy)
         };
         let mut of_rest: HashMap<u32, u32> = HashMap::with_capacity(self.shared.len());
         for v in &self.shared {

@@ -16,6 +16,7 @@ mod memory;
 mod messages;
 mod missing;
 mod near_sites;
+mod other_count;
 mod outcome;
 mod pinned;
 mod plan;
@@ -55,6 +56,7 @@ use given_up::Searched;
 use kept::{Kept, in_units};
 use measuring::{MeasureRequest, Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
+use other_count::with_other_count;
 use outcome::{Fault, Outcome};
 use prepare::{Prepared, repaired_for};
 use rounding::Rounding;
@@ -123,7 +125,8 @@ pub fn remesh_repaired<F: Into<Flow>>(
     if let Some(symmetry) = options.coarse_to_fine.symmetric {
         return remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback);
     }
-    run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
+    let found = run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback));
+    found.map_err(|error| with_other_count(error, mesh, options))
 }
 
 fn run(

@@ -6,6 +6,7 @@ use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::face_count::{may_change, with_vertices};
 use super::kept::{Kept, in_units};
 use super::memory::bytes_needed;
+use super::other_count::with_other_count;
 use super::plan::Plan;
 use super::prepare::repaired_for;
 use super::symmetric::halved;
@@ -99,11 +100,16 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         several runs";
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
-    let mut repaired = repaired_for(mesh, repaired, options)?;
+    let repaired = repaired_for(mesh, repaired, options)?;
     if let Some(symmetry) = options.coarse_to_fine.symmetric {
         halved(&repaired.mesh, &topology(&repaired.mesh), symmetry)?;
     }
     let options = &in_units(options, &repaired.mesh)?;
+    plan_of(mesh, repaired, options).map_err(|error| with_other_count(error, mesh, options))
+}
+
+/// The plan for a mesh that was `repaired`.
+pub(super) fn plan_of(mesh: &TriMesh, mut repaired: Repaired, options: &Options) -> Result<Preview> {
     let kept = Kept::cut_off(&mut repaired, options, mesh)?;
     let other_vertices = kept.as_ref().map_or(0, Kept::own_vertices);
     let input = RunInput::new(mesh, None, options);

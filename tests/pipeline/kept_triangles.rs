@@ -1,6 +1,6 @@
 //! Whole runs in which triangles of the input stay as they are.
 
-use crate::support::shapes::sphere;
+use crate::support::shapes::{plane, sphere};
 use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
@@ -207,6 +207,29 @@ fn vertices_are_added_for_what_is_kept() {
     let own: HashSet<u32> = keep.iter().flat_map(|t| mesh.triangles[*t as usize]).collect();
     assert!((own.len()..2 * own.len()).contains(&result.mesh.vertices.len()));
     assert_eq!(faults(&result.summary), Vec::<String>::new());
+}
+
+#[test]
+fn a_number_of_vertices_that_is_refused_comes_with_one_that_works() {
+    // Small holes in what is kept.
+    let mesh = sphere(1.0, 3);
+    let around: HashSet<u32> = [40, 300, 500].into_iter().collect();
+    let is_near = |t: usize| mesh.triangles[t].iter().any(|v| around.contains(v));
+    let keep: Vec<u32> = (0..mesh.triangles.len()).filter(|t| !is_near(*t)).map(|t| t as u32).collect();
+    for count in [100, mesh.vertices.len() - 2, mesh.vertices.len() + 60, 4000] {
+        let options = Options::new(count).keep(keep.clone());
+        let refused = preview(&mesh, &options).unwrap_err();
+        let Error::Usage { problem, remedy, .. } = refused else { panic!("{refused:?}") };
+        let number = remedy.split(|c: char| !c.is_ascii_digit()).find_map(|word| word.parse().ok());
+        let number: usize = number.unwrap_or_else(|| panic!("{problem}; {remedy}"));
+        let result = run(&mesh, &keep, &Options::new(number));
+        assert_eq!(result.mesh.vertices.len(), number, "{problem}; {remedy}");
+    }
+    // Every other square of a sheet, so that hardly any vertex is free.
+    let sheet = plane(20, 0.0);
+    let keep: Vec<u32> = (0..800).filter(|t| (t / 2 + t / 40) % 2 == 0).collect();
+    let refused = preview(&sheet, &Options::new(2500).keep(keep)).unwrap_err().to_string();
+    assert!(refused.contains("no small parts are left between kept ones"), "{refused}");
 }
 
 #[test]

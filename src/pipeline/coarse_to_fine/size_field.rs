@@ -22,6 +22,8 @@ const TURN: f64 = 0.7;
 const FROM_BOUNDARY: f64 = 0.8;
 /// Lengths that the user fixed may take this many times the vertices that there are.
 const EXACT: RangeInclusive<f64> = 0.95..=1.02;
+/// Those next to kept edges alone: all are scaled alike then.
+const ABOUT: RangeInclusive<f64> = 0.4..=1.25;
 /// Minimum number of vertices of a component, unless a uniform mesh has fewer there.
 const ENOUGH: usize = 60;
 
@@ -95,7 +97,8 @@ pub(crate) fn size_field(
     };
     let bounds = Bounds { spacing, least, largest: &most, growth, fixed, floors };
     let Graded { lengths, share } = graded(surface, &desired, &bounds);
-    if !fixed.is_empty() && !EXACT.contains(&share) {
+    let may_be = if options.coarse_to_fine.refine.is_empty() { ABOUT } else { EXACT };
+    if !fixed.is_empty() && !may_be.contains(&share) {
         return Err(refuse_share(options, vertices, share));
     }
     Ok(SizeField::new(surface.clone(), lengths))
