@@ -16,7 +16,7 @@ pub const ON_SURFACE: f64 = 1e-4;
 /// Points farther away than this, in diagonals, become no vertices.
 pub const FAR: f64 = 0.05;
 /// Points this close to a vertex or an edge, in diagonals, are put there.
-const NEAR: f64 = 1e-6;
+pub const NEAR: f64 = 1e-6;
 /// So are those that are this many times as close to it as to the surface: triangles between them would be
 /// steep.
 const STEEP: f64 = 10.0;

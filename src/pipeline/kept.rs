@@ -3,9 +3,11 @@
 use super::pinned::edge_keys;
 use super::refined::refined_vertices;
 use crate::grammar::counted;
+use crate::mesh::bvh::{Bvh, Closest};
 use crate::mesh::correspondence::{Correspondence, SurfacePoint};
 use crate::mesh::features::FeatureLine;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
+use crate::mesh::insert_points::{FAR, NEAR};
 use crate::mesh::position_key;
 use crate::mesh::repair::Repaired;
 use crate::mesh::submesh::extract;
@@ -41,6 +43,8 @@ pub(crate) struct Kept {
     places: Vec<DVec3>,
     /// The user's lines in the rest.
     pub lines: Option<FeatureLines>,
+    /// The user's points in the rest.
+    pub points: Vec<DVec3>,
 }
 
 impl Kept {
@@ -48,8 +52,8 @@ impl Kept {
     /// triangles. Parts of the rest without a vertex of their own stay as well.
     ///
     /// # Errors
-    /// [`Error::Usage`] for triangles that the input does not have, and if all of them stay; those of the
-    /// user's lines.
+    /// [`Error::Usage`] for triangles that the input does not have, if all of them stay, and for points in
+    /// them; those of the user's lines.
     pub fn cut_off(repaired: &mut Repaired, options: &Options, input: &TriMesh) -> Result<Option<Self>> {
         let (wanted, triangles) = (&options.coarse_to_fine.keep, input.triangles.len());
         if wanted.is_empty() {
@@ -115,6 +119,7 @@ impl Kept {
             cut,
             places: rest.vertices.clone(),
             lines,
+            points: points_of(&options.coarse_to_fine.points, mesh, [&own, &others])?,
             whole: repaired.clone(),
         };
         (repaired.mesh, repaired.origin) = (rest, rest_origin);
@@ -132,6 +137,13 @@ impl Kept {
                 format!("{text}; {others}: repair turned, merged or removed what was to be kept")
             }
         }
+    }
+
+    /// The mesh of the triangles that stay.
+    pub fn part(&self) -> Repaired {
+        let mut part = self.whole.clone();
+        (part.mesh, part.origin) = (self.mesh.clone(), self.origin.clone());
+        part
     }
 
     /// Triangles that stay.
@@ -293,6 +305,41 @@ fn lines_of(lines: &FeatureLines, mesh: &TriMesh, rest: &TriMesh) -> Result<Feat
     let line =
         |ends: [u32; 2]| FeatureLine { line: 1, points: ends.map(|v| mesh.vertices[v as usize]).to_vec() };
     Ok(FeatureLines { file: lines.file.clone(), lines: own.map(line).collect() })
+}
+
+/// The points that are not those of triangles that stay, `own` ones of a mesh, but of the others; those that
+/// are vertices of the former are there already.
+///
+/// # Errors
+/// [`Error::Usage`] for a point in a triangle that stays.
+fn points_of(points: &[DVec3], mesh: &TriMesh, [own, others]: [&[u32]; 2]) -> Result<Vec<DVec3>> {
+    if points.is_empty() {
+        return Ok(Vec::new());
+    }
+    let frame = UnitFrame::of(mesh)?;
+    let unit = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+    let unit = TriMesh { vertices: unit, triangles: mesh.triangles.clone() };
+    let parts = [own, others].map(|list| extract(&unit, list));
+    let trees = parts.each_ref().map(Bvh::new);
+    let mut of_others = Vec::new();
+    for point in points {
+        let at = frame.to_unit(*point);
+        let [found, other] = trees.each_ref().map(|tree| tree.closest(at));
+        let distance = |found: Option<Closest>| found.map_or(f64::INFINITY, |found| found.distance_sq.sqrt());
+        let Some(found) =
+            found.filter(|_| distance(found) <= FAR && distance(found) + NEAR < distance(other))
+        else {
+            of_others.push(*point);
+            continue;
+        };
+        if parts[0].corners(found.triangle as usize).iter().all(|corner| corner.distance(at) > NEAR) {
+            let DVec3 { x, y, z } = *point;
+            let problem = format!("the point ({x}, {y}, {z}) of `points` would lie in a triangle of `keep`");
+            let remedy = "leave that point out, or do not keep that triangle";
+            return Err(Error::option("points", problem, remedy));
+        }
+    }
+    Ok(of_others)
 }
 
 /// The options with lengths in the units of the mesh if only a part of it is remeshed, which has another

@@ -69,8 +69,8 @@ pub(crate) struct WarningInput<'a> {
     pub rounding: Option<&'a Rounding>,
     /// What repairing the input changed.
     pub repaired: &'a RepairCounts,
-    /// Names of regions to be refined that no part of the surface is in.
-    pub missed_regions: &'a [String],
+    /// About regions to be refined that no part of the surface is in.
+    pub missed_regions: Vec<String>,
     /// About vertices to be kept.
     pub pinned: Vec<Warning>,
     /// What a largest deviation led to, if one was asked for.
@@ -98,10 +98,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
     let warning = |code| move |text| Warning { code, text };
     let mut list: Vec<Warning> =
         of.rounding.and_then(Rounding::warning).map(warning(WarningCode::Rounding)).into_iter().collect();
-    list.extend(of.missed_regions.iter().map(|name| Warning {
-        code: WarningCode::Refine,
-        text: format!("`refine` {name} has no effect: no part of the surface is there"),
-    }));
+    list.extend(of.missed_regions.iter().cloned().map(warning(WarningCode::Refine)));
     list.extend(of.pinned.iter().cloned());
     list.extend(touching_bodies(of.repaired, input).map(warning(WarningCode::TouchingBodies)));
     list.extend(of_topology(of));

@@ -197,7 +197,7 @@ fn finish(
         input_intersections: measured.input_intersections,
         rounding: rounding.as_ref(),
         repaired: &repaired.counts,
-        missed_regions: &plan.refined.missed,
+        missed_regions: plan.refined.remarks_on_missed(options, kept)?,
         pinned,
         deviation,
         shapes: Shapes { options, input: before, result: after, spacing, diagonal },

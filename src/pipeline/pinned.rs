@@ -171,12 +171,13 @@ impl Pinned {
             let count = pinned.vertices.len();
             refuse_too_many((count, vertices), "the boundary has", "`keep_boundary` keeps all of them")?;
         }
-        if !method.points.is_empty() {
+        let points = kept.map_or(method.points.as_slice(), |kept| &kept.points);
+        if !points.is_empty() {
             let snapping = Snapping {
                 feature_angle: method.feature_angle,
                 distance: SNAP * spacing(repaired.mesh.area(), vertices),
             };
-            let located = PointsOnSurface::find(&repaired.mesh, &method.points, progress)?;
+            let located = PointsOnSurface::find(&repaired.mesh, points, progress)?;
             let count = located.count_with(&pinned.vertices);
             let what = "the points and the boundary have";
             refuse_too_many((count, vertices), what, "all of them are kept")?;

@@ -1,6 +1,7 @@
 //! Edge lengths that the user asks for in parts of the surface: where they hold on the repaired mesh, which
 //! is divided there as finely as the lengths change.
 
+use super::kept::Kept;
 use super::memory::MOST_HALVED;
 use super::pinned::WholeEdges;
 use super::prepare::submesh_values;
@@ -43,7 +44,7 @@ pub(crate) struct Refined {
     /// Lengths that edges must not fall below, next to longer edges that stay whole: likewise, 0 where there
     /// are none.
     pub least: Vec<f64>,
-    /// Names of the regions that no part of the surface is in.
+    /// Names of the regions that no part of the mesh is in.
     pub missed: Vec<String>,
     /// Topology of the mesh before it was divided, if it was.
     pub undivided: Option<Topology>,
@@ -150,6 +151,30 @@ impl Refined {
                 (*own, self.place_of[*v as usize]) = (*length, NONE);
             }
         }
+    }
+
+    /// What is to be said of the regions that no part of the mesh is in: only what is `kept` is, or nothing.
+    pub fn remarks_on_missed(&self, options: &Options, kept: Option<&Kept>) -> Result<Vec<String>> {
+        let mut list = Vec::new();
+        if self.missed.is_empty() {
+            return Ok(list);
+        }
+        let part = kept.map(Kept::part);
+        for one in &options.coarse_to_fine.refine {
+            let name = one.region.name();
+            if !self.missed.contains(&name) {
+                continue;
+            }
+            let is_in = |part: &Repaired| {
+                let scale = UnitFrame::of(&part.mesh)?.scale;
+                Ok(!Place::new(one, part, scale).vertices(part).is_empty())
+            };
+            let is_kept = part.as_ref().map_or(Ok(false), is_in)?;
+            let why =
+                if is_kept { "all of the surface there is kept" } else { "no part of the surface is there" };
+            list.push(format!("`refine` {name} has no effect: {why}"));
+        }
+        Ok(list)
     }
 
     /// Keeps what belongs to `part`, which has these triangles of the mesh.

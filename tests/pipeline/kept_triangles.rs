@@ -173,6 +173,24 @@ fn finer_parts_go_together_with_long_edges_that_are_kept() {
 }
 
 #[test]
+fn points_and_finer_parts_where_triangles_are_kept() {
+    let mesh = sample("bumpy-sphere").unwrap();
+    let keep = select(&mesh, |p| p.x < -0.3);
+    let own = mesh.corners(select(&mesh, |p| p.x < -0.8)[0] as usize);
+    let other = mesh.corners(select(&mesh, |p| p.x > 0.7)[0] as usize).into_iter().sum::<DVec3>() / 3.0;
+    let sphere = Region::Sphere { centre: DVec3::NEG_X, radius: 0.2 };
+    let finer = Refinement { region: sphere, length: Length::OfDiagonal(0.01) };
+    let options = Options::new(2500).refine(vec![finer]);
+    let result = run(&mesh, &keep, &options.clone().points(vec![own[0], other]));
+    assert!(result.mesh.vertices.iter().any(|p| bits(*p) == bits(other)));
+    let said = result.summary.warnings.join("; ");
+    assert_eq!(said, "`refine` sphere:-1,0,0,0.2 has no effect: all of the surface there is kept");
+    let inside = own.into_iter().sum::<DVec3>() / 3.0;
+    let refused = preview(&mesh, &options.keep(keep).points(vec![inside])).unwrap_err().to_string();
+    assert!(refused.contains("would lie in a triangle of `keep`"), "{refused}");
+}
+
+#[test]
 fn faces_are_counted_with_those_that_stay() {
     let mesh = sample("torus").unwrap();
     let keep = select(&mesh, |p| p.x < -0.4);
