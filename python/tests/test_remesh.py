@@ -196,8 +196,6 @@ def test_points_boundaries_regions_and_counts_are_arguments_too(torus, remesher)
         remesher.remesh(torus, n_faces=2)
 
 
-# The triangles of the torus that stay are slender.
-@pytest.mark.filterwarnings("ignore:.*angle below 30 degrees")
 def test_parts_stay_bit_by_bit(torus, remesher):
     vertices, faces = np.asarray(torus.vertices), np.asarray(torus.faces)
     mask = vertices[faces][:, :, 0].mean(axis=1) < -0.3

@@ -200,7 +200,7 @@ fn finish(
         missed_regions: plan.refined.remarks_on_missed(options, kept)?,
         pinned,
         deviation,
-        shapes: Shapes { options, input: before, result: after, spacing, diagonal },
+        shapes: Shapes { options, input: before, result: after, kept, spacing, diagonal },
     });
     let (crossing, smallest, simplified) =
         (measured.input_intersections, measured.output.quality.min_angle, outcome.simplified_components);
@@ -227,7 +227,7 @@ fn finish(
         energy: measured.energy,
         features: outcome.features,
         cells: cells.as_ref().map(|cells| cells.summary(repaired.mesh.area())),
-        small_angles: SmallAngleSummary::new(&result, smallest, outcome.mended, options),
+        small_angles: SmallAngleSummary::new((&result, kept), smallest, outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),

@@ -1,5 +1,6 @@
 //! Warnings about the shape of a result: how far it is from the input, and its triangles.
 
+use super::kept::Kept;
 use super::missing::farthest_vertex;
 use super::warning::{Warning, WarningCode};
 use crate::TriMesh;
@@ -52,6 +53,8 @@ pub(crate) struct Shapes<'a> {
     pub input: (&'a TriMesh, &'a Topology),
     /// The result, in the same frame, and its measures.
     pub result: (&'a TriMesh, &'a Measures),
+    /// The triangles of the result that are kept as they are, its last ones: their angles are the input's.
+    pub kept: Option<&'a Kept>,
     /// Edge length of a perfect layout, and the diagonal of the input's bounding box, in the input's units.
     pub spacing: f64,
     pub diagonal: f64,
@@ -114,16 +117,21 @@ impl Shapes<'_> {
             return None;
         }
         let feature_angle = self.options.coarse_to_fine.feature_angle;
-        if quality.fraction_below_30 > MANY {
-            let percent = 100.0 * quality.fraction_below_30;
-            let cause = self.cause(30.0);
-            return Some(format!("{percent:.1} % of the triangles have an angle below 30 degrees, {cause}"));
+        let below_30 = match self.kept {
+            None => quality.fraction_below_30,
+            Some(_) => self.small(30.0).len() as f64 / self.made() as f64,
+        };
+        if below_30 > MANY {
+            let (percent, cause) = (100.0 * below_30, self.cause(30.0));
+            let which = if self.kept.is_some() { "triangles that are not kept" } else { "triangles" };
+            return Some(format!("{percent:.1} % of the {which} have an angle below 30 degrees, {cause}"));
         }
         if quality.min_angle >= SMALL {
             return None;
         }
         let forced = ForcedAngles::of(self.input.0, SMALL, feature_angle);
-        let small = forced.unforced(result, SMALL, self.spacing).len();
+        let small = forced.unforced(result, SMALL, self.spacing);
+        let small = small.into_iter().filter(|t| *t < self.made()).count();
         (small > 0).then(|| {
             let triangles = counted(small, ["triangle has", "triangles have"]);
             format!(
@@ -133,11 +141,22 @@ impl Shapes<'_> {
         })
     }
 
+    /// How many triangles are not kept ones, the first of the result.
+    fn made(&self) -> usize {
+        self.result.0.triangles.len() - self.kept.map_or(0, Kept::triangles)
+    }
+
+    /// Those of them with angles below `limit` degrees.
+    fn small(&self, limit: f64) -> Vec<(usize, SmallAnglePlace)> {
+        let found = small_angle_places(self.result.0, limit, self.options.coarse_to_fine.feature_angle);
+        found.into_iter().filter(|(t, _)| *t < self.made()).collect()
+    }
+
     /// Why there are angles below `limit` degrees, and what helps.
     fn cause(&self, limit: f64) -> String {
         let (result, _) = self.result;
         let feature_angle = self.options.coarse_to_fine.feature_angle;
-        let small = small_angle_places(result, limit, feature_angle);
+        let small = self.small(limit);
         let between = small.iter().filter(|(_, place)| *place != SmallAnglePlace::Elsewhere).count();
         if 2 * between < small.len() {
             return "where features are closer to each other than an edge: ask for more vertices".to_owned();
@@ -147,7 +166,7 @@ impl Shapes<'_> {
         small.iter().for_each(|(t, _)| is_small[*t] = true);
         let all = turns(&|_| true);
         let coarse = all.iter().filter(|turn| **turn < COARSE).count();
-        let are_many = small.len() as f64 > MANY * is_small.len() as f64;
+        let are_many = small.len() as f64 > MANY * self.made() as f64;
         let mut near = turns(&|t| is_small[t]);
         near.sort_unstable_by(f64::total_cmp);
         let median = near.get(near.len() / 2).copied().filter(|median| *median < COARSE);
@@ -270,6 +289,7 @@ mod tests {
             options: &Options::new(100).feature_angle(feature_angle),
             input: (input, &topology),
             result: (result, &measures),
+            kept: None,
             spacing: 0.1 * lo.distance(hi),
             diagonal: lo.distance(hi),
         };

@@ -1,7 +1,9 @@
 //! Small angles of a run's result, and what was done about them.
 
+use super::kept::Kept;
 use crate::TriMesh;
 use crate::local::Mended;
+use crate::mesh::quality::angle_below;
 use crate::mesh::small_angles::{SmallAngles, small_angles};
 use crate::options::{Method, Options};
 use serde::Serialize;
@@ -36,12 +38,15 @@ pub struct SmallAngleSummary {
     pub at_corners: usize,
     /// Other triangles among `left` with all vertices on such edges, as where these come close to each other.
     pub between_curves: usize,
+    /// Triangles among `left` that are kept as they are in the input.
+    pub kept: usize,
 }
 
 impl SmallAngleSummary {
-    /// For a result with this smallest angle, in degrees, if its small angles were to be mended.
+    /// For a result with this smallest angle, in degrees, if its small angles were to be mended; its last
+    /// triangles may be kept ones.
     pub(crate) fn new(
-        result: &TriMesh,
+        (result, kept): (&TriMesh, Option<&Kept>),
         smallest: f64,
         mended: MendingCounts,
         options: &Options,
@@ -57,6 +62,9 @@ impl SmallAngleSummary {
         } else {
             SmallAngles::default()
         };
-        Some(Self { min_angle, edits, vertices, left: faces, at_corners, between_curves })
+        let is_small = |t: &usize| angle_below(result.corners(*t), min_angle).is_some();
+        let first = result.triangles.len() - kept.map_or(0, Kept::triangles);
+        let kept = (first..result.triangles.len()).filter(is_small).count();
+        Some(Self { min_angle, edits, vertices, left: faces, at_corners, between_curves, kept })
     }
 }

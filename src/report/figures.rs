@@ -121,8 +121,9 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         let vertices = counted(small.vertices, ["vertex", "vertices"]);
         let text = format!("{edits}, {vertices} from elsewhere");
         rows.push(("small angles mended", text));
+        let kept = if small.kept > 0 { format!(", {} kept", small.kept) } else { String::new() };
         let text = format!(
-            "{}: {} at sharp corners, {} between close features",
+            "{}: {} at sharp corners, {} between close features{kept}",
             small.left, small.at_corners, small.between_curves
         );
         rows.push(("small angles remaining", text));

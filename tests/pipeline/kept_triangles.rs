@@ -7,7 +7,7 @@ use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{
     CorrespondenceRequest, Error, FeatureLines, Length, Options, Refinement, Region, Remeshed, Shortage,
-    TriMesh, preview, remesh,
+    TriMesh, WarningCode, preview, remesh,
 };
 use std::collections::HashSet;
 
@@ -188,6 +188,33 @@ fn points_and_finer_parts_where_triangles_are_kept() {
     let inside = own.into_iter().sum::<DVec3>() / 3.0;
     let refused = preview(&mesh, &options.keep(keep).points(vec![inside])).unwrap_err().to_string();
     assert!(refused.contains("would lie in a triangle of `keep`"), "{refused}");
+}
+
+#[test]
+fn slender_triangles_that_are_kept_are_no_reason_for_a_warning() {
+    let mut mesh = sample("bumpy-sphere").unwrap();
+    let keep = select(&mesh, |p| p.x < -0.3);
+    // Half of them thin: a vertex is close to the opposite side of a triangle around it.
+    let chosen: HashSet<u32> = keep.iter().step_by(9).flat_map(|t| mesh.triangles[*t as usize]).collect();
+    let rest: HashSet<u32> =
+        select(&mesh, |p| p.x >= -0.3).into_iter().flat_map(|t| mesh.triangles[t as usize]).collect();
+    let before = mesh.clone();
+    for t in keep.iter().step_by(9) {
+        let [a, b, c] = mesh.triangles[*t as usize];
+        let is_free = |v: u32| chosen.contains(&v) && !rest.contains(&v);
+        if is_free(a) && [b, c].iter().all(|v| mesh.vertices[*v as usize] == before.vertices[*v as usize]) {
+            let [p, q, r] = [a, b, c].map(|v| before.vertices[v as usize]);
+            mesh.vertices[a as usize] = p.lerp(q.midpoint(r), 0.8);
+        }
+    }
+    let result = run(&mesh, &keep, &Options::new(2500));
+    assert!(
+        !result.summary.warning_codes.contains(&WarningCode::SmallAngles),
+        "{:?}",
+        result.summary.warnings
+    );
+    let small = result.summary.small_angles.unwrap();
+    assert!(small.kept > 20 && small.left - small.kept < 5, "{small:?}");
 }
 
 #[test]
