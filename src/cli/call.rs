@@ -216,7 +216,7 @@ impl Call {
         input: &Input,
         progress: impl FnMut(Progress) -> Flow,
     ) -> Result<Output> {
-        let mut run = RunProgress::with_limit(&self.time).with_caller(progress);
+        let mut run = RunProgress::with_limit(self.time.time_limit).with_caller(progress);
         let (loaded, numbers) = (&input.loaded, input.sizing.as_ref());
         let sizing =
             numbers.map(|numbers| Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.clone()));

@@ -3,9 +3,9 @@
 use super::batch::inputs::{Job, jobs};
 use super::batch::make_folder;
 use super::files::{InputFormat, Target, input_name, tell_notes};
-use super::heading::OUTPUT;
+use super::heading::{DEVICE, OUTPUT};
 use super::progress;
-use super::progress::{RunProgress, TimeArgs, begin_writing};
+use super::progress::{RunProgress, begin_writing, seconds};
 use super::remesh::same_file;
 use super::terminal::tell;
 use crate::error::shown;
@@ -17,6 +17,7 @@ use rtfmesh::mesh::attributes::{Attributes, Role};
 use rtfmesh::mesh::distance::distances;
 use rtfmesh::{Error, Follower, ProgressToken, TriMesh};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 const EXAMPLES: &str = "Examples:
   rtfmesh follow rest.ply rest-5k.ply walk --out walk-5k
@@ -54,8 +55,9 @@ pub struct Args {
     quiet: bool,
     #[command(flatten)]
     input_format: InputFormat,
-    #[command(flatten)]
-    time: TimeArgs,
+    /// Stop after this time, with an error; poses that are done by then are written [default: none]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE)]
+    time_limit: Option<Duration>,
     /// Print help: -h the common options, --help all
     #[arg(long, short, action = ArgAction::Help, help_heading = OUTPUT)]
     help: Option<bool>,
@@ -63,7 +65,7 @@ pub struct Args {
 
 /// Carries the result over to one pose after another; the first that does not fit ends it.
 pub fn run(args: &Args) -> Result<()> {
-    let run = RunProgress::with_limit(&args.time);
+    let run = RunProgress::with_limit(args.time_limit);
     io::target_encoding(Path::new(&format!("result.{}", args.format)))?;
     let jobs = jobs(&args.frames, &args.out, args.format)?;
     refuse_overwriting(args, &jobs)?;
@@ -76,24 +78,22 @@ pub fn run(args: &Args) -> Result<()> {
     let (input, mut result) = (load(&args.input)?.mesh, load(&args.result)?);
     leave_out_pose(args, &mut result.attributes);
     let triangles = input.triangles.clone();
-    let follower = Follower::new(input, &result.mesh, &ProgressToken::default());
-    let follower = follower.map_err(|error| error.in_file(&args.result))?;
+    let follower = run.work(|token| Follower::new(input, &result.mesh, token));
+    let follower = follower.map_err(|error| ended(error, &run, [0, jobs.len()], &args.result))?;
     make_folder(&args.out)?;
     for (done, job) in jobs.iter().enumerate() {
-        let left = jobs.len() - done;
-        progress::set_cancel_message(format!("stopped: {done} done, {left} left"));
-        if progress::is_cancelled() {
-            return Err(progress::cancelled().into());
-        }
-        if run.is_over() {
-            anyhow::bail!("the time limit ended the run: {done} done, {left} left; allow more time");
+        let counts = [done, jobs.len() - done];
+        progress::set_cancel_message(format!("stopped: {done} done, {} left", counts[1]));
+        if progress::is_cancelled() || run.is_over() {
+            return Err(ended(Error::Cancelled, &run, counts, &job.input));
         }
         let format = args.input_format.clone();
         let path = job.input.clone();
         let pose = run.begin_reading(move || format.load_other_or_points(&path)).wait(&job.input)?.mesh;
         result.mesh.vertices = follower.follow(&pose).map_err(|error| error.in_file(&job.input))?;
         let pose = TriMesh { triangles: triangles.clone(), ..pose };
-        let distance = args.distances.then(|| rms(&result.mesh, &pose)).transpose()?;
+        let distance = args.distances.then(|| run.work(|token| rms(&result.mesh, &pose, token))).transpose();
+        let distance = distance.map_err(|error| ended(error, &run, counts, &job.input))?;
         make_folder(job.output.parent().unwrap_or(&job.output))?;
         let target = Target::new(&job.output, Some(args.format))?;
         let writing = begin_writing()?;
@@ -136,6 +136,18 @@ fn leave_out_pose(args: &Args, attributes: &mut Attributes) {
 }
 
 /// The root mean square distance between a result and its pose, in percent of the pose's diagonal.
-fn rms(result: &TriMesh, pose: &TriMesh) -> rtfmesh::Result<f64> {
-    Ok(distances(result, pose, &ProgressToken::default())?.rms)
+fn rms(result: &TriMesh, pose: &TriMesh, progress: &ProgressToken) -> rtfmesh::Result<f64> {
+    Ok(distances(result, pose, progress)?.rms)
+}
+
+/// What ended the work on a file, of which so many are done and so many left: the time limit, Ctrl-C, or an
+/// error.
+fn ended(error: Error, run: &RunProgress, [done, left]: [usize; 2], file: &Path) -> anyhow::Error {
+    match error {
+        Error::Cancelled if progress::is_cancelled() => progress::cancelled().into(),
+        Error::Cancelled if run.is_over() => {
+            anyhow::anyhow!("the time limit ended the run: {done} done, {left} left; allow more time")
+        }
+        error => error.in_file(file).into(),
+    }
 }

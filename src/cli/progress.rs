@@ -67,10 +67,10 @@ pub struct TimeArgs {
     /// If not even the input is read by then, the run fails.
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
         hide_short_help = true)]
-    time_limit: Option<Duration>,
+    pub time_limit: Option<Duration>,
 }
 
-fn seconds(text: &str) -> std::result::Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> std::result::Result<Duration, String> {
     let wrong = || "give a number of seconds above 0".to_owned();
     let value: f64 = text.parse().map_err(|_| wrong())?;
     Duration::try_from_secs_f64(value).ok().filter(|limit| !limit.is_zero()).ok_or_else(wrong)
@@ -96,7 +96,7 @@ impl<'a> RunProgress<'a> {
     pub fn new(args: &ProgressArgs) -> Result<Self> {
         KEEP_PARTIAL.store(args.keep_partial, Ordering::SeqCst);
         handle_interrupts()?;
-        Ok(Self::with_limit(&args.time))
+        Ok(Self::with_limit(args.time.time_limit))
     }
 
     /// Without a time limit, and leaves Ctrl-C to others.
@@ -106,10 +106,32 @@ impl<'a> RunProgress<'a> {
     }
 
     /// Counts the time limit from here on, and leaves Ctrl-C to others.
-    pub fn with_limit(args: &TimeArgs) -> Self {
-        let deadline = args.time_limit.and_then(|limit| Instant::now().checked_add(limit));
+    pub fn with_limit(limit: Option<Duration>) -> Self {
+        let deadline = limit.and_then(|limit| Instant::now().checked_add(limit));
         *DEADLINE.lock().unwrap_or_else(PoisonError::into_inner) = deadline;
-        Self { limit: args.time_limit, ..Self::unlimited() }
+        Self { limit, ..Self::unlimited() }
+    }
+
+    /// Does work that is given up, with [`Error::Cancelled`], on Ctrl-C and at the time limit.
+    ///
+    /// # Errors
+    /// Those of the work.
+    pub fn work<T>(&self, work: impl FnOnce(&ProgressToken) -> rtfmesh::Result<T>) -> rtfmesh::Result<T> {
+        let token = ProgressToken::default();
+        // Hangs up once the work is done, after a panic as well.
+        let (working, done) = channel::<()>();
+        let (watched, end) = (token.clone(), self.limit.and_then(|limit| self.begun.checked_add(limit)));
+        std::thread::scope(|scope| {
+            scope.spawn(move || {
+                while done.recv_timeout(LOOK) == Err(RecvTimeoutError::Timeout) {
+                    if is_cancelled() || end.is_some_and(|end| Instant::now() > end) {
+                        watched.cancel();
+                    }
+                }
+            });
+            let _working = working;
+            work(&token)
+        })
     }
 
     /// Begins to read something in a thread of its own, which goes on by itself if it is not waited for.
@@ -335,6 +357,19 @@ mod tests {
             Ok(7)
         });
         (Reading { deadline, cancelled: ProgressToken::default(), ..reading }, wait)
+    }
+
+    #[test]
+    fn work_is_given_up_at_the_time_limit() {
+        let late = RunProgress { limit: Some(Duration::from_nanos(1)), ..RunProgress::unlimited() };
+        let given_up = late.work(|token| {
+            while !token.is_cancelled() {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            Err::<(), _>(Error::Cancelled)
+        });
+        assert!(given_up.is_err());
+        assert_eq!(RunProgress::unlimited().work(|_| Ok(7)).unwrap(), 7);
     }
 
     #[test]

@@ -300,7 +300,7 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
         ("batch in in/b.ply --out out", 2, ["in/b.ply and in/b.ply", "rename"]),
         ("batch in --out in", 2, ["in/a.ply would overwrite an input", "--out"]),
         ("batch empty --out out", 2, ["no mesh", "give mesh files"]),
-        ("batch - --out out", 2, ["standard input", "rtfmesh remesh"]),
+        ("batch - --out out", 2, ["standard input", "give files or folders"]),
         ("batch in --out out --shard 3/2", 2, ["3/2", "i from 1 to n"]),
         ("batch in --out out --shard 0/2", 2, ["0/2", "i from 1 to n"]),
         ("batch in --out out --shard two", 2, ["two", "2/8"]),

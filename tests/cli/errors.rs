@@ -76,7 +76,7 @@ fn faces_and_numbers_that_make_no_sense() {
     obj("f 1 2 3\nf 0 1 2\n", &["line 6", "vertex 0"]);
     obj("f 1 2 2\n", &["line 5", "twice"]);
     obj("f 1 2\n", &["line 5", "2 of at least 3"]);
-    obj("", &["no faces"]);
+    obj("l 1 2\n", &["no faces"]);
     obj("v nan 0 0\nf 1 2 3\n", &["line 5", "nan"]);
     obj("v 0 inf 0\nf 1 2 3\n", &["line 5", "inf"]);
     let text = |count: usize, rest: &str| {

@@ -36,6 +36,27 @@ fn every_pose_gets_the_triangles_of_the_result() {
 }
 
 #[test]
+fn poses_without_faces_may_be_points_of_any_format() {
+    let place = with_poses();
+    let pose = read(place.path("poses/1.off")).unwrap().mesh;
+    let lines: Vec<String> = pose.vertices.iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z)).collect();
+    std::fs::write(place.path("pose.obj"), lines.concat()).unwrap();
+    place.run("follow in.ply out.ply poses pose.obj --out made");
+    assert_eq!(place.bytes("made/pose.ply"), place.bytes("made/1.ply"));
+}
+
+#[test]
+fn the_time_limit_ends_the_run() {
+    let place = with_poses();
+    let done = place.program("follow in.ply out.ply poses --out made --time-limit 1e-9").assert().code(1);
+    let told = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("the time limit ended the run: 0 done, 3 left"), "{told}");
+    let done = place.program("follow in.ply out.ply - --out made").assert().code(2);
+    let told = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("standard input cannot be one of several inputs"), "{told}");
+}
+
+#[test]
 fn a_pose_that_does_not_fit_is_named() {
     let place = with_poses();
     write(place.path("poses/1.off"), &sample("box").unwrap()).unwrap();

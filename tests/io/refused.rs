@@ -90,7 +90,7 @@ fn obj_errors_name_the_line() {
 
 #[test]
 fn obj_without_a_surface() {
-    assert_refused("a.obj", THREE, "", "no faces");
+    assert_refused("a.obj", format!("{THREE}l 1 2\n"), "", "no faces");
     assert_refused("a.obj", "f 1 2 3\n", "", "no vertices");
     assert_refused("a.obj", "# nothing\n", "", "no vertices");
     assert_refused("a.obj", "gibberish in words\n", "", "no vertices");

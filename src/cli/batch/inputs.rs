@@ -96,10 +96,7 @@ pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::R
 /// A file, or the meshes of a folder and of those in it.
 fn add(path: &Path, results: &Path, found: &mut Vec<Found>) -> rtfmesh::Result<()> {
     if is_standard(path) {
-        return Err(Error::usage(
-            "a batch cannot read standard input",
-            "give files, or use `rtfmesh remesh`",
-        ));
+        return Err(Error::usage("standard input cannot be one of several inputs", "give files or folders"));
     }
     if !path.is_dir() {
         found.push((path.to_owned(), path.file_name().map_or_else(PathBuf::new, PathBuf::from)));
@@ -166,7 +163,7 @@ fn refuse_clashes(jobs: &[Job]) -> rtfmesh::Result<()> {
         if let Some(other) = seen.insert(output, input) {
             let problem =
                 format!("{} and {} would both become {}", shown(other), shown(input), shown(output));
-            return Err(Error::usage(problem, "rename one, or run two batches with different --out folders"));
+            return Err(Error::usage(problem, "rename one, or use another --out folder for it"));
         }
     }
     let inputs: HashSet<PathBuf> = jobs.iter().filter_map(|job| full_path(&job.input)).collect();

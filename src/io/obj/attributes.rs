@@ -172,6 +172,10 @@ impl AttributeReader {
                 *number = *corner;
             }
         }
+        // Of points, all are there.
+        if mesh.triangles.is_empty() {
+            file_numbers = (1..=mesh.vertices.len() as u32).collect();
+        }
         let mut vertex = Vec::new();
         vertex.extend(self.colour(&file_numbers, notes));
         vertex.extend(self.normal(mesh, notes));

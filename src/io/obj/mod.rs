@@ -16,7 +16,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::checks::{check_counts, excerpt, find_duplicate, refuse_binary};
+use super::checks::{check_counts, check_vertex_count, excerpt, find_duplicate, refuse_binary};
 use super::loaded::Loaded;
 use super::references::References;
 use crate::grammar::counted;
@@ -36,7 +36,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
         scan.read_line(line, &content)?;
     }
     scan.check()?;
-    let mesh = read_with_tobj(&scan.plain)?;
+    let mesh = if scan.faces == 0 { points(&scan.plain) } else { read_with_tobj(&scan.plain)? };
     let mut notes = scan.notes();
     let unused = scan.vertices - mesh.vertices.len() as u64;
     if unused > 0 {
@@ -166,7 +166,12 @@ impl Scan {
 
     /// Checks what only the whole file shows.
     fn check(&self) -> Result<()> {
-        check_counts(self.vertices, self.faces)?;
+        // Nothing but vertices are points.
+        if self.points_and_lines == 0 {
+            check_vertex_count(self.vertices)?;
+        } else {
+            check_counts(self.vertices, self.faces)?;
+        }
         if let Some((number, line)) = self.undefined.iter().find(|(number, _)| *number > self.vertices) {
             let problem = format!("there is no vertex {number}, the file has {}", self.vertices);
             return Err(Error::input(
@@ -191,6 +196,15 @@ impl Scan {
         }
         notes
     }
+}
+
+/// The points of plain `v` lines, all of which are numbers.
+fn points(plain: &str) -> TriMesh {
+    let point = |line: &str| {
+        let mut numbers = line.split(' ').skip(1).map(|word| word.parse().unwrap_or(f64::NAN));
+        DVec3::from_array(std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN)))
+    };
+    TriMesh { vertices: plain.lines().map(point).collect(), triangles: Vec::new() }
 }
 
 /// The mesh of plain `v` and `f` lines.
