@@ -5,6 +5,7 @@ mod cells;
 mod clock;
 mod coarse_to_fine;
 mod cost;
+mod curves_of_whole;
 mod deviation;
 mod face_count;
 mod fallback;

@@ -1,18 +1,21 @@
 //! Symmetric results of symmetric inputs: one half is remeshed and mirrored.
 
 use super::cells::cells_of;
+use super::curves_of_whole::CurvesOfWhole;
 use super::kept::in_units;
 use super::measuring::{MeasureRequest, Measuring, correspondence_of};
-use super::messages::{intersections, remarks};
+use super::messages::{describe_cracks, intersections, remarks};
 use super::outcome::Outcome;
 use super::prepare::repaired_for;
 use super::rounding::Rounding;
+use super::shape_warnings::Shapes;
+use super::small_angles::{MendingCounts, SmallAngleSummary};
 use super::warning::Warning;
 use super::{Remeshed, Summary, WarningCode, run};
 use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::mirror::Mirror;
-use crate::mesh::repair::Repaired;
+use crate::mesh::repair::{Repaired, cracks};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
@@ -190,20 +193,36 @@ fn finish(
         let off = counted(off, ["vertex", "vertices"]);
         list.push(format!("{off} {word} than asked for{reason}"));
     }
-    // Sharp edges and what else was found are those of the half.
-    for text in &mut summary.warnings {
-        *text = format!("in one half, {text}");
-    }
-    // Those of the whole, which its halves may have with each other.
-    let is_told = summary.warning_codes.contains(&WarningCode::Intersections);
+    let mended = summary.small_angles.unwrap_or_default();
+    let mended = MendingCounts { edits: 2 * mended.edits, vertices: 2 * mended.vertices };
+    let smallest = measured.output.quality.min_angle;
+    let curves = CurvesOfWhole::find(on, &frame, options, count)?;
+    let faults =
+        std::mem::take(&mut summary.warnings).into_iter().zip(std::mem::take(&mut summary.warning_codes));
+    let fault = faults.filter(|(_, code)| *code == WarningCode::Fault);
+    let fault = fault.map(|(text, code)| Warning { code, text: format!("in one half, {text}") }).next();
+    let shapes = Shapes {
+        options,
+        input: (on, input),
+        result: (&result, &measured.output),
+        kept: None,
+        spacing: spacing(on.area(), count),
+        diagonal: frame.scale,
+    };
     let crossings = intersections((measured.output.self_intersecting_faces, crossing), rounding.as_ref());
-    if let Some(Warning { code, text }) = crossings.filter(|_| !is_told) {
-        summary.warn(code, text);
-    }
-    if let Some(text) = rounding.as_ref().and_then(Rounding::warning) {
-        summary.warn(WarningCode::Rounding, text);
+    let rounded = rounding.as_ref().and_then(Rounding::warning);
+    let rounded = rounded.map(|text| Warning { code: WarningCode::Rounding, text });
+    let of_shapes = if rounded.is_none() { shapes.warnings(fault.is_some()) } else { Vec::new() };
+    let mut warnings: Vec<Warning> = rounded.into_iter().chain(crossings).collect();
+    warnings.extend(curves.warnings(options, progress)?);
+    warnings.extend(of_shapes.into_iter().chain(fault));
+    if input.boundary_edges > 0 {
+        let text = cracks(on).as_ref().map(describe_cracks);
+        warnings.extend(text.map(|text| Warning { code: WarningCode::Cracks, text }));
     }
     let summary = Summary {
+        warning_codes: warnings.iter().map(|warning| warning.code).collect(),
+        warnings: warnings.into_iter().map(|warning| warning.text).collect(),
         remarks: list,
         repaired: repaired.counts,
         input: input.clone(),
@@ -211,7 +230,8 @@ fn finish(
         output: measured.output,
         cells: cells.as_ref().map(|cells| cells.summary(on.area())),
         spacing: spacing(on.area(), count),
-        features: None,
+        features: Some(curves.summary(&result)),
+        small_angles: SmallAngleSummary::new((&result, None), smallest, mended, options),
         ..summary
     };
     Ok(Remeshed { mesh: result, correspondence, cells, summary })

@@ -95,6 +95,36 @@ fn symmetric_inputs_give_symmetric_results() {
 }
 
 #[test]
+fn what_is_said_counts_the_whole() {
+    let flat = sample("box").unwrap();
+    let result = remesh(device(), &flat, &Options::new(700).symmetric(Symmetry::Y)).unwrap();
+    let features = result.summary.features.unwrap();
+    assert_eq!((features.curves, features.corners, features.patches), (12, 8, 6));
+    // All twelve edges, and none of the plane's.
+    let outer = |p: &&DVec3| p.to_array().iter().filter(|x| x.min(1.0 - **x).abs() < 1e-9).count() > 1;
+    assert_eq!(features.curve_sites, result.mesh.vertices.iter().filter(outer).count());
+    assert_eq!(result.summary.warnings, Vec::<String>::new());
+}
+
+#[test]
+fn halves_that_cross_each_other_are_told() {
+    // Two flat bodies almost in touch: the vertices of coarse ones lie outside of them.
+    let right = moved(&globe(48, 32), |p| DVec3::new(p.x + 1.001, 3.0 * p.y, 3.0 * p.z));
+    let mut left = moved(&right, |p| p * DVec3::new(-1.0, 1.0, 1.0));
+    left.triangles.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+    let both = union(&left, &right);
+    let mut crossing = 0;
+    for count in [60, 100, 150, 200, 300] {
+        let summary = remesh(device(), &both, &Options::new(count).symmetric(Symmetry::X)).unwrap().summary;
+        let faces = summary.output.self_intersecting_faces.unwrap();
+        let is_told = summary.warning_codes.contains(&WarningCode::Intersections);
+        assert_eq!((faces > 0, summary.input_self_intersecting_faces.unwrap_or(0)), (is_told, 0), "{count}");
+        crossing += usize::from(is_told);
+    }
+    assert!(crossing > 0);
+}
+
+#[test]
 fn inputs_that_are_not_symmetric_are_refused_with_how_far_off_they_are() {
     let lopsided = moved(&face(), |p| p + DVec3::X * 0.1 * (p.y + p.x).max(0.0));
     let options = Options::new(300).symmetric(Symmetry::X);
