@@ -50,6 +50,18 @@ fn tangent_faces_are_one_for_each_vertex() {
 }
 
 #[test]
+fn a_batch_writes_cells_beside_its_results() {
+    let place = Place::with("torus");
+    place.run("remesh in.ply out.ply -n 300 --cells cells.ply");
+    place.run("batch in.ply --out many --format ply.gz -n 300 --cells ply");
+    assert_eq!(place.bytes("many/in.cells.ply"), place.bytes("cells.ply"));
+    std::fs::copy(place.path("in.ply"), place.path("in.cells.ply")).unwrap();
+    let done = place.program("batch in.ply in.cells.ply --out many -n 300 --cells ply").assert().code(2);
+    let told = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    assert!(told.contains("would overwrite a mesh"), "{told}");
+}
+
+#[test]
 fn cells_replace_nothing_and_have_their_own_formats() {
     let place = Place::with("box");
     for (name, says) in [("c.stl", "name the file .obj or .ply"), ("in.ply", "would overwrite")] {

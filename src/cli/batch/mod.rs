@@ -117,6 +117,11 @@ struct OutputArgs {
     /// Measure the distances between each result and its input
     #[arg(long, hide_short_help = true)]
     distances: bool,
+    /// Also write the cells of each result as polygons: those of scan.ply to scan.cells.ply or .obj
+    ///
+    /// They are coloured by their areas; see `rtfmesh remesh --cells`.
+    #[arg(long, value_enum, value_name = "FORMAT", hide_short_help = true)]
+    cells: Option<CellFormat>,
     /// Relative width of the Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
     /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
@@ -130,7 +135,27 @@ struct OutputArgs {
     help: Option<bool>,
 }
 
+/// The format of cells.
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum CellFormat {
+    /// A face for each polygon, with the number of its cell
+    Ply,
+    /// A group for each cell
+    Obj,
+}
+
 impl OutputArgs {
+    /// The file of a result's cells, if they are wanted.
+    fn cells_of(&self, output: &Path) -> Option<PathBuf> {
+        let format = match self.cells? {
+            CellFormat::Ply => "ply",
+            CellFormat::Obj => "obj",
+        };
+        // A packed result has two extensions.
+        let plain = if self.format.gzip { output.with_extension("") } else { output.to_owned() };
+        Some(plain.with_extension(format!("cells.{format}")))
+    }
+
     /// The part of the inputs that was asked for in either way.
     fn shard(&self) -> rtfmesh::Result<Option<Shard>> {
         match (self.rank, self.world_size) {
@@ -157,6 +182,7 @@ pub fn run(args: &Args) -> Result<()> {
     let measures = if args.output.distances { MeasureDepth::Full } else { MeasureDepth::Basic };
     let mut options = args.method.options(&args.research, size, measures)?;
     options.accuracy = args.output.accuracy.unwrap_or(options.accuracy);
+    options.cells = args.output.cells.is_some();
     options.validate()?;
     args.attributes.check(options.method)?;
     io::target_encoding(Path::new(&format!("result.{}", args.output.format)))?;
@@ -213,6 +239,11 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
     if among(log, inputs().chain(outputs())) {
         let problem = format!("the log {} would overwrite a mesh", shown(log));
         return Err(Error::usage(problem, "choose another file for --log"));
+    }
+    let cells = jobs.iter().filter_map(|job| args.output.cells_of(&job.output));
+    if let Some(cells) = cells.into_iter().find(|cells| among(cells, inputs().chain(outputs()))) {
+        let problem = format!("the cells {} would overwrite a mesh", shown(&cells));
+        return Err(Error::usage(problem, "rename that mesh, or choose another format for --cells"));
     }
     let table = args.output.table.as_deref();
     if let Some(table) = table {

@@ -10,9 +10,11 @@ use crate::cli::terminal::tell;
 use crate::cli::{progress, words};
 use crate::error::escaped;
 use anyhow::Result;
+use rtfmesh::io;
 use rtfmesh::io::{Format, Loaded};
 use rtfmesh::report::Settings;
-use rtfmesh::{CorrespondenceRequest, Device, Error, Options, Size};
+use rtfmesh::{CellColours, CorrespondenceRequest, Device, Error, Options, Remeshed, Size};
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ScopedJoinHandle;
@@ -162,6 +164,15 @@ impl Batch<'_> {
         }
     }
 
+    /// The file of a result's cells, if they are wanted.
+    fn cells(&self, job: &Job, result: &Remeshed) -> rtfmesh::Result<Option<(PathBuf, Vec<u8>)>> {
+        let wanted = self.args.output.cells_of(&job.output).zip(result.cells.as_ref());
+        let Some((path, cells)) = wanted else { return Ok(None) };
+        let colours = cells.colours(CellColours::Area, &result.mesh);
+        let bytes = io::encode_cells(&path, cells, &colours)?;
+        Ok(Some((path, bytes)))
+    }
+
     /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
     fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
         let begin = Instant::now();
@@ -178,8 +189,10 @@ impl Batch<'_> {
             let mut prepared = prepared?;
             entry.options = Some(Settings::of(&prepared.options));
             let Finished { result, attributes, .. } = prepared.remesh(device, &mut run)?;
+            let (path, bytes) = self.cells(job, &result)?.unzip();
+            let others: Vec<(&Path, Vec<u8>)> = path.as_deref().zip(bytes).into_iter().collect();
             let writing = progress::begin_writing()?;
-            target.write(&result.mesh, &attributes, true)?;
+            target.write_all(&result.mesh, &attributes, &others, true)?;
             entry.output_stamp = Stamp::of(&job.output);
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
