@@ -16,6 +16,7 @@ step "the library with pages" cargo check --quiet --lib --no-default-features --
 step "the library alone and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
   --no-default-features --target-dir "${CARGO_TARGET_DIR:-target}"
 step "the least Rust" ./ci/msrv.sh
+step "licences of the dependencies" "${PYTHON:-python3}" ci/licenses.py
 step "public items" ./ci/public_api.sh
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 # Of an older program.

@@ -13,6 +13,7 @@ mod follow;
 mod heading;
 mod inspect;
 mod job;
+mod licences;
 mod markdown;
 mod measure;
 mod method;
@@ -89,6 +90,8 @@ enum Command {
     BugReport(bug_report::Args),
     Completions(shell::CompletionsArgs),
     Man(shell::ManArgs),
+    #[command(alias = "licenses")]
+    Licences(licences::Args),
 }
 
 /// Runs the program with these arguments, its own name first, and returns its exit code; errors are one line
@@ -118,6 +121,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::BugReport(args) => bug_report::run(&args, &Cli::command()),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
+        Command::Licences(_) => licences::run(),
     };
     tell_outcome(outcome.map(|()| 0))
 }

@@ -1,4 +1,4 @@
-//! What a user meets first, and where something went wrong: `demo` and `bug-report`.
+//! What a user meets first, and where something went wrong: `demo`, `bug-report`, `licences`.
 
 use crate::support::place::Place;
 use serde_json::Value;
@@ -70,4 +70,22 @@ fn a_bug_report_is_for_programs_too_and_lists_what_fails() {
     // What fails is told, and is no failure of the report.
     let report = json("bug-report --json --device none-such");
     assert!(report["self_test"]["error"].as_str().unwrap().contains("none-such"), "{report:#}");
+}
+
+#[test]
+fn the_licences_of_what_the_program_contains_are_in_it() {
+    let place = Place::new();
+    let (text, errors) = place.run("licences");
+    assert_eq!(errors, "");
+    assert!(
+        text.starts_with(&format!(
+            "rtfmesh {} is licensed under MIT OR Apache-2.0",
+            env!("CARGO_PKG_VERSION")
+        ))
+    );
+    for part in ["\nash 0.", "\nclap 4.", "\nthree.js 0.", "\nwindows-sys 0.", "Mozilla Public License"] {
+        assert!(text.contains(part), "'{part}' is missing");
+    }
+    assert!(!text.contains("\nshaderc "), "the compiler of kernels is not in the program");
+    assert_eq!(place.run("licenses").0, text);
 }

@@ -2,7 +2,7 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "remesh",
     "batch",
     "follow",
@@ -16,6 +16,7 @@ const COMMANDS: [&str; 13] = [
     "bug-report",
     "completions",
     "man",
+    "licences",
 ];
 
 #[test]
