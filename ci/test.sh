@@ -9,6 +9,7 @@ source ci/step.sh
 # First what needs no code from the compiler: all passes share what they learn of the dependencies.
 step "setup" ./ci/setup.sh --tests
 step "house rules" ./ci/rules.sh
+step "versions" ./ci/version.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --workspace --all-targets -- -D warnings
 step "the library with pages" cargo check --quiet --lib --no-default-features --features html
