@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The tests that need no Vulkan device, on a system that has none or hides it: ci/no_device.sh [OPTION...]
-# with options of cargo. From the repository or from the sources of ci/sources.sh.
+# with options of cargo; RTFMESH_SKIP names more tests to leave out. From the repository or from the sources
+# of ci/sources.sh.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 # A driver that is opened all the same would not be found.
@@ -21,5 +22,5 @@ devices=(
   volume::labels::a_lens_between_two_balls
 )
 skipped=()
-for name in "${devices[@]}"; do skipped+=(--skip "$name"); done
+for name in "${devices[@]}" ${RTFMESH_SKIP:-}; do skipped+=(--skip "$name"); done
 cargo test --quiet --locked "$@" --test tests -- "${folders[@]}" "${skipped[@]}"
