@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # What must hold beyond ./ci/test.sh before a change is taken: a second driver, examples, pages, GLB files,
-# the Python package, wheels, the package for crates.io. Stops at the first failure.
+# the Python package, wheels, the package for crates.io, workflows. Stops at the first failure.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
@@ -17,6 +17,7 @@ run_examples() {
 step "setup" ./ci/setup.sh --tests
 step "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
 step "examples" run_examples
+step "workflows, forms and metadata" ./ci/workflows.sh
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
 step "the Python package" ./ci/python.sh

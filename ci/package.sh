@@ -19,22 +19,12 @@ fail() {
 
 # The files and the manifest as Cargo would publish them, then with kernels in place of what compiles them.
 make_source() {
-  local out
   cargo package --quiet --no-verify --allow-dirty --target-dir "$work/plain" 2>"$work/log" ||
     fail "$(cat "$work/log")"
   tar xzmf "$work/plain/package/$name.crate" -C "$work/source" --strip-components 1
-  # As ci/test.sh builds it, so that nothing is compiled again; kernels depend on no feature or profile.
-  out=$(cargo check --quiet --lib --no-default-features --features html \
-    --message-format json-render-diagnostics |
-    grep -F "\"reason\":\"build-script-executed\",\"package_id\":\"$id\"" |
-    sed 's/.*"out_dir":"\([^"]*\)".*/\1/')
   cp build/published.rs "$work/source/build.rs"
-  "${PYTHON:-python3}" ci/licenses.py rtfmesh >"$work/source/LICENSE-THIRD-PARTY"
-  mkdir "$work/source/kernels"
-  cp "$out"/kernels.rs "$out"/*.spv "$work/source/kernels"
-  diff <(find glsl -name '*.comp' | wc -l) \
-    <(find "$work/source/kernels" -name '*.spv' ! -name '*.texels.spv' | wc -l) ||
-    fail "not as many kernels as in glsl"
+  gzip -dc src/cli/licences.txt.gz >"$work/source/LICENSE-THIRD-PARTY"
+  ./ci/kernels.sh "$work/source/kernels"
   cd "$work/source"
   rm .cargo_vcs_info.json Cargo.toml.orig
   # Programs that users install have no line tables, which make them six times as large.

@@ -23,7 +23,7 @@ environment tools
 "$work/tools/bin/ruff" format --quiet --check python
 
 # maturin puts LICENSE-* into the wheel.
-"${PYTHON:-python3}" ci/licenses.py rtfmesh-python >python/LICENSE-THIRD-PARTY
+gzip -dc src/cli/licences.txt.gz >python/LICENSE-THIRD-PARTY
 rm -rf "$work/wheels"
 "$work/tools/bin/maturin" build --quiet --locked --profile $profile --manifest-path python/Cargo.toml \
   --out "$work/wheels"

@@ -9,6 +9,7 @@ source ci/step.sh
 # First what needs no code from the compiler: all passes share what they learn of the dependencies.
 step "setup" ./ci/setup.sh --tests
 step "house rules" ./ci/rules.sh
+step "versions" ./ci/version.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --workspace --all-targets -- -D warnings
 step "the library with pages" cargo check --quiet --lib --no-default-features --features html
@@ -16,6 +17,7 @@ step "the library with pages" cargo check --quiet --lib --no-default-features --
 step "the library alone and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
   --no-default-features --target-dir "${CARGO_TARGET_DIR:-target}"
 step "the least Rust" ./ci/msrv.sh
+step "licences of the dependencies" "${PYTHON:-python3}" ci/licenses.py
 step "public items" ./ci/public_api.sh
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 # Of an older program.

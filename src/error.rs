@@ -85,7 +85,7 @@ pub enum Error {
     #[error("cancelled; nothing was written")]
     Cancelled,
     /// A broken guarantee of the library; always a bug in rtfmesh.
-    #[error("internal error: {0}; please report it with the command and the input")]
+    #[error("internal error: {0}; please report it with the input and the output of `rtfmesh bug-report`")]
     Internal(String),
 }
 

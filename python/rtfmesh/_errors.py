@@ -59,7 +59,7 @@ PHRASES = [
         'start processes with multiprocessing.get_context("spawn")',
     ),
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
-    ("please report it with the command and the input", "please report it with the call and the input"),
+    ("the output of `rtfmesh bug-report`", "the output of python -m rtfmesh bug-report"),
 ]
 # Options and fields that have another name in Python.
 ARGUMENTS = {

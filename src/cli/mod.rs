@@ -3,14 +3,17 @@
 mod all_at_once;
 mod attributes;
 mod batch;
+mod bug_report;
 pub mod call;
 mod cloud;
+mod demo;
 mod devices;
 mod files;
 mod follow;
 mod heading;
 mod inspect;
 mod job;
+mod licences;
 mod markdown;
 mod measure;
 mod method;
@@ -46,6 +49,18 @@ struct Cli {
     command: Command,
 }
 
+/// What the program says without arguments.
+const FIRST_STEPS: &str = "Usage: rtfmesh COMMAND [OPTION...]
+
+  rtfmesh demo                               remesh a built-in model and draw it before and after
+  rtfmesh remesh scan.ply new.ply -n 10k     remesh a mesh, points or a volume with 10,000 vertices
+  rtfmesh measure new.ply --against scan.ply quality, topology and distances of a result
+  rtfmesh render scan.ply new.ply both.png   a picture of both
+  rtfmesh devices                            GPUs and CPUs that can do the work
+
+rtfmesh --help lists all commands, rtfmesh COMMAND --help the options of one.
+";
+
 const SEE_MORE: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them.";
 
 const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them; the \
@@ -71,14 +86,22 @@ enum Command {
     Presets(presets::Args),
     Sample(sample::Args),
     Devices(devices::Args),
+    Demo(demo::Args),
+    BugReport(bug_report::Args),
     Completions(shell::CompletionsArgs),
     Man(shell::ManArgs),
+    #[command(alias = "licenses")]
+    Licences(licences::Args),
 }
 
 /// Runs the program with these arguments, its own name first, and returns its exit code; errors are one line
 /// on standard error.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args = with_command(args.into_iter().collect());
+    if args.len() <= 1 {
+        tell(FIRST_STEPS);
+        return 2;
+    }
     let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
         Err(error) if error.kind() == ErrorKind::DisplayHelp => return no_command(&help(&args, error)),
@@ -94,8 +117,11 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Presets(args) => presets::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
+        Command::Demo(args) => demo::run(&args),
+        Command::BugReport(args) => bug_report::run(&args, &Cli::command()),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
+        Command::Licences(_) => licences::run(),
     };
     tell_outcome(outcome.map(|()| 0))
 }

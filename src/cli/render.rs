@@ -166,12 +166,18 @@ fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
     Ok(options)
 }
 
+/// Checks the extension of a picture, which is the last argument.
+pub(super) fn refuse_other_than_png(picture: &Path) -> rtfmesh::Result<()> {
+    if picture.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        return Ok(());
+    }
+    let problem = format!("{} does not end in .png", shown(picture));
+    Err(Error::usage(problem, "give the picture as the last argument, such as out.png"))
+}
+
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     // Whoever forgets the picture names a mesh last.
-    if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let problem = format!("{} does not end in .png", shown(&args.output));
-        return Err(Error::usage(problem, "give the picture as the last argument, such as out.png"));
-    }
+    refuse_other_than_png(&args.output)?;
     let read = args.meshes.iter().chain(&args.against);
     if read.clone().any(|path| same_file(path, &args.output)) {
         let problem = format!("the picture would overwrite the mesh in {}", shown(&args.output));

@@ -203,8 +203,11 @@ fn options_out_of_range_and_unknown_words() {
     refused(&place, "remesh", 2, &["<INPUT>", "<OUTPUT>"]);
     refused(&place, "sample torus", 2, &["<OUTPUT>"]);
     refused(&place, "sample teapot out.ply", 2, &["teapot", "torus, genus3"]);
-    // Without any word there is the help, as an error.
-    place.program("").assert().code(2).stdout("").stderr(predicates::str::contains("Usage: rtfmesh"));
+    // Without any word there are first steps, as an error.
+    let told = place.program("").assert().code(2).stdout("").get_output().stderr.clone();
+    let told = String::from_utf8(told).unwrap();
+    assert!(told.starts_with("Usage: rtfmesh") && told.contains("rtfmesh demo "), "{told}");
+    assert!(told.lines().count() <= 12 && told.lines().all(|line| line.chars().count() <= 100), "{told}");
 }
 
 #[test]

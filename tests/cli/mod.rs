@@ -8,6 +8,7 @@ pub mod commands;
 pub mod drivers;
 pub mod errors;
 pub mod files;
+pub mod first_steps;
 pub mod follow;
 pub mod html;
 pub mod inspect;

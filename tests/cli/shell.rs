@@ -2,7 +2,7 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 11] = [
+const COMMANDS: [&str; 14] = [
     "remesh",
     "batch",
     "follow",
@@ -12,8 +12,11 @@ const COMMANDS: [&str; 11] = [
     "presets",
     "sample",
     "devices",
+    "demo",
+    "bug-report",
     "completions",
     "man",
+    "licences",
 ];
 
 #[test]
@@ -47,9 +50,10 @@ fn every_command_has_a_page_in_the_manual() {
     assert_eq!(place.run("man"), (whole.clone(), String::new()), "without a folder it is printed");
     assert!(whole.contains(".SH NOTES") && whole.contains("Exit codes: 0 done, 2 usage"), "{whole}");
     for command in COMMANDS {
-        assert!(whole.contains(&format!("rtfmesh\\-{command}(1)")), "{command} is not in {whole}");
+        let escaped = command.replace('-', "\\-");
+        assert!(whole.contains(&format!("rtfmesh\\-{escaped}(1)")), "{command} is not in {whole}");
         let text = page(&format!("rtfmesh-{command}.1"));
-        for wanted in [format!(".TH rtfmesh-{command} 1"), format!("\nrtfmesh {command} ")] {
+        for wanted in [format!(".TH rtfmesh-{command} 1"), format!("\nrtfmesh {escaped} ")] {
             assert!(text.contains(&wanted), "'{wanted}' is missing: {text}");
         }
         assert!(text.contains(".SH SYNOPSIS") && text.contains(".SH EXAMPLES\n.nf\n"), "{text}");

@@ -173,7 +173,7 @@ fn sharing(primitives: usize, mode: u32) -> Vec<u8> {
 
 /// A copy with a few faults, as `tests/fuzzing/replay.rs` makes them.
 fn changed(seed: &[u8], random: &mut impl Rng) -> Vec<u8> {
-    let mut copy: Vec<u8> = (0..4).map(|_| random.random()).collect();
+    let mut copy: Vec<u8> = (0..4).map(|_| random.random::<u8>()).collect();
     copy.insert(0, seed.first().copied().unwrap_or_default());
     copy.extend(seed.iter().skip(1));
     for _ in 0..random.random_range(0..4) {
