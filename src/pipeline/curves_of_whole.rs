@@ -39,7 +39,7 @@ impl CurvesOfWhole {
         let features = find_features(&unit, &wanted)?;
         let mut found = FeatureSummary::of(&features);
         found.in_units(frame.scale);
-        let edges = features.curves.iter().flat_map(edges).map(|[a, b]| [a, b, b]).collect();
+        let edges = features.curves.iter().flat_map(Curve::edge_ends).map(|[a, b]| [a, b, b]).collect();
         let edges = Bvh::new(&TriMesh { vertices: surface.vertices.clone(), triangles: edges });
         Ok(Self { unit, area, vertices, found, edges, reach: ON_CURVE * frame.scale })
     }
@@ -61,14 +61,6 @@ impl CurvesOfWhole {
         let feature_angle = options.coarse_to_fine.feature_angle;
         let searched =
             Searched { surface: unit, area: *area, feature_angle, vertices: *vertices, elsewhere: 0 };
-        let given_up = searched.warning(found, progress)?;
-        Ok(given_up.into_iter().chain(searched.facets_warning(found)).collect())
+        searched.warnings(found, progress)
     }
-}
-
-/// The edges of a curve.
-fn edges(curve: &Curve) -> impl Iterator<Item = [u32; 2]> + use<'_> {
-    let last = if curve.closed { curve.vertices.first() } else { None };
-    let ends = curve.vertices.iter().skip(1).chain(last);
-    curve.vertices.iter().zip(ends).map(|(a, b)| [*a, *b])
 }

@@ -42,12 +42,21 @@ enum Enough {
 }
 
 impl Searched<'_> {
+    /// All warnings of the features `found` by what the number asked for gives.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn warnings(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Vec<Warning>> {
+        let given_up = self.warning(found, progress)?;
+        Ok(given_up.into_iter().chain(self.facets_warning(found)).collect())
+    }
+
     /// The warning that sharp edges were given up, if they matter; `found` is what the number asked for
     /// gives. If more edges were taken for a coarse tessellation, those given up may belong to it, too.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
+    fn warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
         let given_up = found.discarded.length();
         let all = given_up + found.sharp_length;
         if given_up <= LEAST * all || given_up < found.discarded.facet_length {
@@ -67,7 +76,7 @@ impl Searched<'_> {
     }
 
     /// The warning that edges between narrow facets were taken for those of a round surface, if many were.
-    pub fn facets_warning(&self, found: &FeatureSummary) -> Option<Warning> {
+    fn facets_warning(&self, found: &FeatureSummary) -> Option<Warning> {
         let FeatureSummary { discarded, sharp_length, .. } = found;
         let all = discarded.length() + discarded.facet_length + sharp_length;
         (discarded.facet_length > LEAST * all).then(|| {

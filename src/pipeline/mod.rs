@@ -248,8 +248,7 @@ fn feature_warnings(
     let vertices = outcome.vertices;
     let (on, feature_angle) = (&surface.mesh(), options.coarse_to_fine.feature_angle);
     let searched = Searched { surface: on, area: surface.area(), feature_angle, vertices, elsewhere };
-    let given_up = searched.warning(&found, progress)?;
-    Ok(given_up.into_iter().chain(searched.facets_warning(&found)).collect())
+    searched.warnings(&found, progress)
 }
 
 /// What a mesh is made from.
