@@ -20,6 +20,7 @@ mod star_mesh;
 
 use crate::mesh::features::{Curve, CurveKind, Features};
 use crate::mesh::polyline::Polyline;
+use crate::mesh::sizing::mean_density;
 use crate::mesh::spacing;
 use crate::polish::{ConstrainedMesh, Target};
 use crate::{ProgressToken, Result, TriMesh};
@@ -235,15 +236,14 @@ pub fn relaxed(
     Ok(star.into_constrained(&[]).mesh)
 }
 
-/// The area of a triangle over the square of the relative target length there: proportional to the vertices
-/// that it gets.
+/// The area of a triangle times the mean of 1 / length² on it, with relative target lengths: proportional to
+/// the number of vertices that it gets.
 fn weighted_area(surface: &TriMesh, t: usize, lengths: &[f64]) -> f64 {
     let area = surface.triangle_area(t);
     if lengths.is_empty() {
         return area;
     }
-    let mean = surface.triangles[t].iter().map(|v| lengths[*v as usize]).sum::<f64>() / 3.0;
-    area / (mean * mean)
+    area * mean_density(surface.triangles[t].map(|v| lengths[v as usize]))
 }
 
 /// The curves of the surface as points; a closed one ends with its first.

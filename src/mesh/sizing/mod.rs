@@ -146,7 +146,7 @@ pub(crate) fn mean_inverse(a: f64, b: f64) -> f64 {
 
 /// The mean of 1 / length² over a triangle in which the length is linear between its corners: twice the
 /// divided difference of -ln, by the formula of Hermite and Genocchi.
-fn mean_density(mut corners: [f64; 3]) -> f64 {
+pub(crate) fn mean_density(mut corners: [f64; 3]) -> f64 {
     corners.sort_by(f64::total_cmp);
     let [a, b, c] = corners;
     if c - a < ALIKE * a {
