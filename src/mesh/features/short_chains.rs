@@ -8,15 +8,22 @@ use super::strips::NARROW;
 
 /// Connected sharp edges are discarded below this many spacings of total length, plus [`PER_FLAW`].
 const SHORTEST: f64 = 2.0;
-/// Spacings that each free end and each sharp bend adds to [`SHORTEST`]: creases of CAD parts end and bend
-/// where they meet other creases, those of scans anywhere.
+/// Spacings that each free end and each sharp bend adds to [`SHORTEST`].
 const PER_FLAW: f64 = 4.0;
+/// Where the angle hardly changes along the chains, each flaw adds this much: creases of CAD parts bend
+/// often, and end where a strip next to them was given up.
+const PER_EVEN_FLAW: f64 = 0.5;
 /// Where the angle changes from edge to edge, a spacing counts as at least this many edges, times the mean
 /// change over the mean angle: 0 to 0.1 on CAD parts, 0.2 to 0.4 on scans. Noise is of the input's size,
 /// however fine the output; it also makes chains branch.
 const ROUGH_EDGES: f64 = 10.0;
-/// The bends of a rim are not flaws; a loop is a rim if its roughness is at most this.
+/// Chains are even if their roughness is at most this. The bends of an even loop, a rim, are not flaws.
 const EVEN: f64 = 0.1;
+/// Flaws of even chains are cheap from this many edges on: fewer may be even by chance.
+const LEAST_EDGES_OF_NET: usize = 12;
+/// Roughness counts in full where at least this fraction of the vertices inside chains are neither bends nor
+/// branches, in proportion where fewer are.
+const ENOUGH_STRAIGHT: f64 = 0.25;
 /// A rim has at least this many edges: single triangles that are folded over have even angles, too.
 const LEAST_EDGES_OF_RIM: usize = 6;
 /// A rim is at least this many spacings long, as many as the perimeter of a triangle.
@@ -106,6 +113,25 @@ fn discard_short(graph: &mut Graph, spacing: f64, discarded: &mut Discarded) {
     }
 }
 
+/// The mean of some numbers.
+#[derive(Debug, Clone, Copy, Default)]
+struct Mean {
+    sum: f64,
+    count: usize,
+}
+
+impl Mean {
+    fn add(&mut self, number: f64) {
+        self.sum += number;
+        self.count += 1;
+    }
+
+    /// 0 of none.
+    fn mean(self) -> f64 {
+        self.sum / self.count.max(1) as f64
+    }
+}
+
 /// Connected sharp edges.
 #[derive(Default)]
 struct Component {
@@ -150,19 +176,26 @@ impl Component {
         component
     }
 
-    /// The mean change of the angle from edge to edge along the chains over the mean angle.
-    fn roughness(&self, graph: &Graph) -> f64 {
+    /// The mean change of the angle from edge to edge along the chains over the mean angle. Bends, where
+    /// other faces meet, are left out unless there is nothing else.
+    fn roughness(&self, graph: &Graph, spacing: f64) -> f64 {
         let turn = |edge: u32| graph.edges[edge as usize].turn;
-        let (mut changes, mut count) = (0.0, 0);
+        let (mut inside, mut straight, mut bent) = (0, Mean::default(), Mean::default());
         for &vertex in &self.vertices {
             let mut edges = graph.curves_at(vertex);
-            if let (Some(one), Some(two), None) = (edges.next(), edges.next(), edges.next()) {
-                changes += (turn(one) - turn(two)).abs();
-                count += 1;
+            let (Some(one), Some(two)) = (edges.next(), edges.next()) else { continue };
+            inside += 1;
+            if edges.next().is_none() {
+                let is_bend = bend(graph, vertex, spacing).is_some();
+                let changes = if is_bend { &mut bent } else { &mut straight };
+                changes.add((turn(one) - turn(two)).abs());
             }
         }
-        let mean = self.edges.iter().map(|&edge| turn(edge)).sum::<f64>() / self.edges.len() as f64;
-        if count == 0 { 0.0 } else { changes / f64::from(count) / mean }
+        let change = match straight.count {
+            0 => bent.mean(),
+            few => straight.mean() * (few as f64 / (ENOUGH_STRAIGHT * f64::from(inside))).min(1.0),
+        };
+        change * self.edges.len() as f64 / self.edges.iter().map(|&edge| turn(edge)).sum::<f64>()
     }
 
     fn is_too_short(&self, graph: &Graph, spacing: f64) -> bool {
@@ -170,9 +203,10 @@ impl Component {
             1 => !ends_at_other(graph, vertex, spacing),
             _ => bend(graph, vertex, spacing).is_some(),
         };
-        let roughness = self.roughness(graph);
+        let roughness = self.roughness(graph, spacing);
+        let is_even = roughness <= EVEN;
         // The rim of a small hole bends everywhere, and is no less a feature.
-        let is_rim = roughness <= EVEN
+        let is_rim = is_even
             && self.edges.len() >= LEAST_EDGES_OF_RIM
             && self.length >= SHORTEST_RIM * spacing
             && self.vertices.iter().all(|&vertex| graph.degree(vertex) == 2);
@@ -181,7 +215,9 @@ impl Component {
             |vertex: u32| graph.curves_at(vertex).filter(|&edge| is_sharp(graph, edge)).count() > 2;
         let branches = self.vertices.iter().filter(|&&vertex| is_branch(vertex)).count();
         let mean_edge = self.length / self.edges.len() as f64;
-        let least = |flaws: usize| SHORTEST + PER_FLAW * flaws as f64;
+        let per_flaw =
+            if is_even && self.edges.len() >= LEAST_EDGES_OF_NET { PER_EVEN_FLAW } else { PER_FLAW };
+        let least = |flaws: usize| SHORTEST + per_flaw * flaws as f64;
         let by_noise = least(flaws + branches) * ROUGH_EDGES * roughness * mean_edge;
         if flaws == 0 {
             // A closed loop, or a net of creases without a free end, such as that of a box.
