@@ -4,7 +4,7 @@
 use super::levels::enough;
 use super::shared::CoarseToFine;
 use super::surface_model::{ModelRequest, SurfaceModel};
-use crate::options::Shortage;
+use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::outcome::{FaultKind, Outcome};
@@ -38,6 +38,8 @@ pub(super) struct Runner<'a, 'p> {
     pub shared: &'a Attempts<'a>,
     pub attempts: u32,
     pub progress: &'a mut ProgressReporter<'p>,
+    /// Features are those of edges this many times as long as the vertices give.
+    pub coarseness: f64,
     clock: &'a mut Clock,
 }
 
@@ -51,14 +53,15 @@ impl Runner<'_, '_> {
     }
 
     /// The surface for another number of vertices.
-    fn model_for(&mut self, vertices: usize) -> Result<SurfaceModel> {
+    pub fn model_for(&mut self, vertices: usize) -> Result<SurfaceModel> {
         self.model(&ModelRequest { vertices, ..ModelRequest::of(self.shared.context.plan) })
     }
 
     /// The surface for a request.
     pub fn model(&mut self, request: &ModelRequest) -> Result<SurfaceModel> {
         let context = &self.shared.context;
-        self.progress.during(|progress| SurfaceModel::new(context, request, progress))
+        let request = ModelRequest { coarseness: self.coarseness, ..*request };
+        self.progress.during(|progress| SurfaceModel::new(context, &request, progress))
     }
 
     /// The surface for this number of vertices without creases between narrow facets.
@@ -192,7 +195,8 @@ impl Attempts<'_> {
         clock: &mut Clock,
     ) -> Result<Outcome> {
         let (seed, shortage) = (self.context.options.seed, self.context.options.shortage);
-        let mut runner = Runner { shared: self, attempts: self.attempts_before, progress, clock };
+        let mut runner =
+            Runner { shared: self, attempts: self.attempts_before, progress, coarseness: 1.0, clock };
         let (model, vertices) = match shortage {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.context.plan.vertices)?,
             Shortage::Refuse | Shortage::BestEffort => (model, self.context.plan.vertices),
@@ -209,8 +213,14 @@ impl Attempts<'_> {
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
             Err(Error::Usage { .. }) if self.context.may_simplify() => {
-                let whole = whole(&mut runner)?;
-                return runner.with_round_facets(whole, vertices).and_then(|outcome| self.accepted(outcome));
+                match runner.with_fewer_curves(vertices, seed)? {
+                    Some(first) => first,
+                    None => {
+                        let whole = whole(&mut runner)?;
+                        let outcome = runner.with_round_facets(whole, vertices)?;
+                        return self.accepted(outcome);
+                    }
+                }
             }
             first => first?,
         };
@@ -219,10 +229,23 @@ impl Attempts<'_> {
         let first = runner.with_refined_lengths(first, vertices)?;
         let first = runner.with_shorter_edges(first, vertices)?;
         let first = runner.with_round_facets(first, vertices)?;
+        let first = self.without_fault(first, &mut runner, &fallback, (features, vertices))?;
+        runner.with_coarser_features(first, vertices).and_then(|outcome| self.accepted(outcome))
+    }
+
+    /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.
+    fn without_fault(
+        &self,
+        first: Outcome,
+        runner: &mut Runner,
+        fallback: &Fallback,
+        (features, vertices): (FeatureSummary, usize),
+    ) -> Result<Outcome> {
+        let Options { seed, shortage, .. } = *self.context.options;
         // If vertices may be added, even triangles come first.
         let first = match shortage {
             Shortage::AddVertices if first.is_refused() => {
-                let outcome = runner.with_more_vertices(first, &fallback, (features, seed))?;
+                let outcome = runner.with_more_vertices(first, fallback, (features, seed))?;
                 Outcome { attempts: runner.attempts, ..outcome }
             }
             _ => first,
@@ -249,10 +272,8 @@ impl Attempts<'_> {
                 return Ok(other);
             }
         }
-        let best = runner.with_local_operations(first, &fallback, (features, vertices))?;
-        let best =
-            if best.is_bad_all_over() { runner.with_other_starts(best, vertices, seed)? } else { best };
-        self.accepted(best)
+        let best = runner.with_local_operations(first, fallback, (features, vertices))?;
+        if best.is_bad_all_over() { runner.with_other_starts(best, vertices, seed) } else { Ok(best) }
     }
 
     /// An outcome with a fault, unless the options refuse it.

@@ -3,6 +3,7 @@
 //! six neighbours each.
 
 pub(crate) mod attempts;
+mod coarser_features;
 mod connect;
 mod constraints;
 #[cfg(test)]

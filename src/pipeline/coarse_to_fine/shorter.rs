@@ -68,7 +68,9 @@ impl Runner<'_, '_> {
             }
             add_places(&mut places, &left_out, length);
             let sizing = &Sizing::Given(values.clone());
-            let model = self.model(&ModelRequest { vertices, sizing, refined: &[], round_facets: false })?;
+            let plan = self.shared.context.plan;
+            let request = ModelRequest { vertices, sizing, refined: &[], ..ModelRequest::of(plan) };
+            let model = self.model(&request)?;
             let share = share_for_shorter_edges(&surface, &model.sizes);
             if share > MOST_VERTICES {
                 break;

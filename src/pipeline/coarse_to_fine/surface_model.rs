@@ -29,6 +29,8 @@ pub(crate) struct ModelRequest<'a> {
     pub refined: &'a [f64],
     /// Same as [`FeatureOptions::round_facets`].
     pub round_facets: bool,
+    /// The features are those of edges this many times as long as the vertices give; 1 or more.
+    pub coarseness: f64,
 }
 
 impl<'a> ModelRequest<'a> {
@@ -39,6 +41,7 @@ impl<'a> ModelRequest<'a> {
             sizing: &plan.sizing,
             refined: &plan.refined.lengths,
             round_facets: false,
+            coarseness: 1.0,
         }
     }
 }
@@ -65,14 +68,14 @@ impl SurfaceModel {
     /// As [`SurfaceModel::with`], and those of the user's curves.
     pub fn new(context: &RunContext, request: &ModelRequest, progress: &ProgressToken) -> Result<Self> {
         let RunContext { device, mesh, frame, surface, options, plan, .. } = *context;
-        let ModelRequest { vertices, sizing, refined, round_facets } = *request;
+        let ModelRequest { vertices, sizing, refined, round_facets, coarseness } = *request;
         let on_surface = surface_vertices(surface, mesh);
         let on = |v: u32| on_surface[v as usize];
         let edges = plan.edges(mesh)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
         let features = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
-            spacing: spacing(surface.area(), vertices),
+            spacing: coarseness * spacing(surface.area(), vertices),
             user_edges,
             user_corners: plan.pinned.vertices.iter().map(|v| on_surface[*v as usize]).collect(),
             whole_edges: plan.pinned.whole.iter().map(|(a, b)| edge_key(on(*a), on(*b))).collect(),
