@@ -16,7 +16,7 @@ EXTENSION = "bl_ext.user_default.rtfmesh"
 @pytest.fixture(scope="session", autouse=True)
 def extension():
     """Blender with the installed extension, whose name it is."""
-    zips = sorted(str(path) for path in Path.cwd().glob("rtfmesh-*.zip"))
+    zips = sorted(str(path) for path in Path.cwd().glob("rtfmesh-blender-*.zip"))
     assert len(zips) == 1, "call ci/blender.sh, which builds the extension"
     bpy.ops.extensions.package_install_files(filepath=zips[0], repo="user_default", enable_on_install=True)
     return EXTENSION
