@@ -11,6 +11,8 @@ fail() {
 }
 same() { [ "$2" = "$version" ] || fail "$1 has '$2', and Cargo.toml '$version'"; }
 same python/Cargo.toml "$(sed -n 's/^version = "\(.*\)"$/\1/p' python/Cargo.toml | head -1)"
+same blender/extension/blender_manifest.toml \
+  "$(sed -n 's/^version = "\(.*\)"$/\1/p' blender/extension/blender_manifest.toml)"
 same CITATION.cff "$(sed -n 's/^version: //p' CITATION.cff)"
 same CHANGELOG.md "$(sed -n 's/^## \[\([0-9.]*\)\].*/\1/p' CHANGELOG.md | head -1)"
 tag=${1:-}
