@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
 # What must hold beyond ./ci/test.sh before a change is taken: a second driver, examples, pages, GLB files,
-# the Python package, wheels, Blender, the site, the package for crates.io, workflows. Stops at the first
-# failure.
+# the Python package, wheels, the package for crates.io, workflows. Stops at the first failure.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
@@ -23,7 +22,4 @@ step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
 step "the Python package" ./ci/python.sh
 step "the driver for the CPU as a wheel" ./ci/cpu_wheel.sh
-step "the extension for Blender" ./ci/blender.sh
-# With the program that the tests built.
-step "the site" env RTFMESH_PROGRAM="${CARGO_TARGET_DIR:-target}/debug/rtfmesh" ./ci/site.sh
 step "the package for crates.io" ./ci/package.sh
