@@ -74,7 +74,7 @@ mod stages;
 
 /// Vulkan devices: listed, opened, described.
 pub mod device {
-    pub use crate::gpu::{Device, DeviceInfo, DeviceOptions, Limits, list_devices};
+    pub use crate::gpu::{Device, DeviceInfo, DeviceOptions, Limits, SelfTest, list_devices, tested_devices};
 }
 
 pub use device::{Device, DeviceInfo, DeviceOptions, list_devices};

@@ -30,11 +30,17 @@ def degrees(feature_angle: Any) -> float:
 
 def devices() -> list[dict[str, Any]]:
     """The Vulkan devices of this machine, as `rtfmesh devices --json` lists them: index, name, kind, driver,
-    limits, and under "missing" why one cannot be used.
+    limits, under "missing" why one cannot be used, and what the self-test of its driver found.
 
     Raises `DeviceError` without a Vulkan driver; where none has a device the list is empty.
     """
-    found: list[dict[str, Any]] = json.loads(_native.devices())
+    found: list[dict[str, Any]] = json.loads(_native.devices(True))
+    return found
+
+
+def untested_devices() -> list[dict[str, Any]]:
+    """As `devices`, but none is opened: the self-test of a driver that was never used has no result."""
+    found: list[dict[str, Any]] = json.loads(_native.devices(False))
     return found
 
 

@@ -28,8 +28,8 @@ class Device:
     def info(self) -> str:
         """As one of `devices`, as JSON."""
 
-def devices() -> str:
-    """The devices of this machine as JSON."""
+def devices(test: bool) -> str:
+    """The devices of this machine as JSON; `test` runs the self-test of those that were never used."""
 
 def check(options: list[str]) -> None:
     """Checks options as far as that is possible without a mesh and without files."""

@@ -2,6 +2,7 @@
 
 use crate::work::work;
 use pyo3::prelude::*;
+use rtfmesh::device::tested_devices;
 use rtfmesh::report::to_json;
 use rtfmesh::{DeviceOptions, list_devices};
 
@@ -26,8 +27,8 @@ impl Device {
     }
 }
 
-/// The devices of this machine as JSON.
+/// The devices of this machine as JSON; `test` runs the self-test of those that were never used.
 #[pyfunction]
-pub fn devices(py: Python<'_>) -> PyResult<String> {
-    work(py, || to_json(&list_devices()?))
+pub fn devices(py: Python<'_>, test: bool) -> PyResult<String> {
+    work(py, || to_json(&if test { tested_devices()? } else { list_devices()? }))
 }

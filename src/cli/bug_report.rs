@@ -6,7 +6,7 @@ use super::terminal::print;
 use super::words;
 use crate::error::escaped;
 use anyhow::Result;
-use rtfmesh::device::Limits;
+use rtfmesh::device::{Limits, SelfTest as Verdict, tested_devices};
 use rtfmesh::report::to_json;
 use rtfmesh::{DeviceInfo, list_devices};
 use serde::Serialize;
@@ -67,6 +67,7 @@ struct ListedDevice {
     api: String,
     limits: Limits,
     missing: Vec<String>,
+    self_test: Verdict,
 }
 
 /// What came of remeshing a built-in model.
@@ -106,12 +107,16 @@ pub fn run(args: &Args, program: &clap::Command) -> Result<()> {
         report.rows().iter().try_for_each(|(name, value)| print(&row(name, value)))?;
     }
     if !args.no_self_test {
+        report.test_drivers();
+        if !args.json {
+            report.driver_rows().iter().try_for_each(|(name, value)| print(&row(name, value)))?;
+        }
         report.self_test = Some(self_test(&args.device));
     }
     match &report.self_test {
         _ if args.json => print(&to_json(&report)?),
         Some(test) => print(&row("self-test", &test.text())),
-        None => Ok(()),
+        None => report.driver_rows().iter().try_for_each(|(name, value)| print(&row(name, value))),
     }
 }
 
@@ -137,12 +142,26 @@ impl BugReport {
         rows.extend(self.devices_error.clone().map(|error| ("devices", error)));
         rows
     }
+
+    /// Runs the self-test of the drivers that were never used.
+    fn test_drivers(&mut self) {
+        for tested in tested_devices().unwrap_or_default() {
+            if let Some(device) = self.devices.iter_mut().find(|device| device.index == tested.index) {
+                device.self_test = tested.self_test;
+            }
+        }
+    }
+
+    fn driver_rows(&self) -> Vec<(&'static str, String)> {
+        let usable = self.devices.iter().filter(|device| device.missing.is_empty());
+        usable.map(|device| ("driver", format!("{}: self-test {}", device.index, device.self_test))).collect()
+    }
 }
 
 impl From<DeviceInfo> for ListedDevice {
     fn from(info: DeviceInfo) -> Self {
-        let DeviceInfo { index, name, kind, driver, api, limits, missing, .. } = info;
-        Self { index, name, kind, driver: driver.trim().to_owned(), api, limits, missing }
+        let DeviceInfo { index, name, kind, driver, api, limits, missing, self_test, .. } = info;
+        Self { index, name, kind, driver: driver.trim().to_owned(), api, limits, missing, self_test }
     }
 }
 

@@ -3,8 +3,8 @@
 use super::table;
 use super::terminal::print;
 use anyhow::Result;
+use rtfmesh::device::tested_devices;
 use rtfmesh::gpu::no_device;
-use rtfmesh::list_devices;
 use rtfmesh::report::to_json;
 
 const EXAMPLES: &str = "Examples:
@@ -12,6 +12,9 @@ const EXAMPLES: &str = "Examples:
   rtfmesh devices --json";
 
 /// List the Vulkan devices with their drivers and limits, and whether each can be used.
+///
+/// The first time that a driver is used, it runs a self-test: small kernels with known results. A device that
+/// fails is only used if --device names it.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -22,7 +25,7 @@ pub struct Args {
 
 /// Lists.
 pub fn run(args: &Args) -> Result<()> {
-    let list = list_devices()?;
+    let list = tested_devices()?;
     if list.is_empty() {
         return Err(no_device().into());
     }

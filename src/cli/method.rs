@@ -309,7 +309,7 @@ pub struct DeviceArgs {
     /// Device: index, cpu, gpu or part of its name [default: the best GPU, else the CPU]
     ///
     /// Also uuid:4f3f9d26-... or pci:0000:41:00.0. `rtfmesh devices` lists the devices. The environment
-    /// variable RTFMESH_DEVICE does the same.
+    /// variable RTFMESH_DEVICE does the same. A device that fails the self-test is only used if it is named.
     #[arg(long, value_name = "DEVICE", help_heading = DEVICE)]
     device: Option<String>,
 

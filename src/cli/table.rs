@@ -3,6 +3,7 @@
 use crate::grammar::counted;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
+use rtfmesh::device::SelfTest;
 use rtfmesh::report::figures;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
@@ -112,10 +113,10 @@ pub fn devices(list: &[DeviceInfo]) -> String {
             l.memory_bytes as f64 / f64::from(1 << 30),
             if l.timestamp_ns > 0.0 { "timestamps" } else { "no timestamps" },
         );
-        let usable = if d.missing.is_empty() {
-            "yes".to_owned()
-        } else {
-            format!("no: needs {}", d.missing.join(", "))
+        let usable = match &d.self_test {
+            _ if !d.missing.is_empty() => format!("no: needs {}", d.missing.join(", ")),
+            SelfTest::Passed => "yes".to_owned(),
+            other => format!("only by name: self-test {other}"),
         };
         let row =
             [d.index.to_string(), place(d), d.kind.to_owned(), d.driver.trim().to_owned(), d.api.clone()];

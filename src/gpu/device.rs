@@ -6,8 +6,10 @@ use super::forks;
 use super::host_memory;
 use super::instance::{Instance, open_all};
 use super::kernel::Pipelines;
+use super::options::DeviceOptions;
 use super::rates::Rates;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
+use super::selftest::{self, SelfTest, verdict};
 use super::timer::{StageTime, Timings};
 use crate::{Error, Result};
 use ash::{ext, vk};
@@ -18,113 +20,31 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// How to open a device.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct DeviceOptions {
-    /// An index, `cpu`, `gpu`, `uuid:4f3f9d26-...` or `pci:0000:41:00.0` as [`DeviceInfo`] has them, or a
-    /// part of the name; `None` takes the best usable one, discrete before integrated before virtual before
-    /// CPU.
-    pub device: Option<String>,
-    /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
-    pub validation: bool,
-    /// Maximum number of bytes of all buffers together; at least 1. `None` sets no limit.
-    pub memory_bytes: Option<u64>,
-    /// Puts a full barrier before every command. If that changes the result, a barrier is missing.
-    pub full_barriers: bool,
-    /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe
-    /// by about 70 µs each, so that a run of 2,000 vertices takes 1.5 times as long.
-    pub timings: bool,
-    /// Limits the device to what Vulkan guarantees: 16 KiB of shared memory, 128 invocations per workgroup,
-    /// 128 MiB per buffer, no timestamps. For tests.
-    pub(crate) least_limits: bool,
-    /// Maximum number of bytes of one buffer; larger data is divided into several buffers. `None` uses the
-    /// device's limit. For tests of large meshes.
-    pub(crate) buffer_bytes: Option<u64>,
-    /// Most invocations of one dispatch; what is larger is divided. `None`: on a GPU as many as take a fifth
-    /// of a second, by measured time, since a system may reset one that does not answer for longer; no limit
-    /// on a CPU. Indirect dispatches are not divided; most are short. For tests of large meshes.
-    pub(crate) dispatch_threads: Option<usize>,
-    /// Whether the device (`true`) or host code (`false`) polishes, fits and checks whole meshes. `None`: the
-    /// device, unless it is a CPU and the mesh is so small that starting kernels would take longer. Results
-    /// differ by rounding and by the order of flips.
-    pub polish: Option<bool>,
+/// What the self-test has found while a device is being opened.
+#[derive(Default)]
+struct Known {
+    /// By the device's index.
+    verdicts: Vec<(usize, SelfTest)>,
+    /// Why a self-test did not run to its end, the first time.
+    error: Option<Error>,
 }
 
-impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`; `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS` and
-    /// `RTFMESH_LEAST_LIMITS`, which 1 turns on; `RTFMESH_DEVICE_POLISH`, 1 or 0. Timings are off.
-    pub fn from_env() -> Self {
-        let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
-        Self {
-            device: std::env::var("RTFMESH_DEVICE").ok().filter(|d| !d.is_empty()),
-            validation: on("RTFMESH_VALIDATION"),
-            memory_bytes: None,
-            full_barriers: on("RTFMESH_FULL_BARRIERS"),
-            timings: false,
-            least_limits: on("RTFMESH_LEAST_LIMITS"),
-            buffer_bytes: None,
-            dispatch_threads: None,
-            polish: std::env::var_os("RTFMESH_DEVICE_POLISH").map(|v| v == "1"),
+impl Known {
+    /// A device whose self-test ends in an error; another time it may not.
+    fn refuse(&mut self, index: usize, error: Error) {
+        self.verdicts.push((index, SelfTest::Failed(error.to_string())));
+        self.error.get_or_insert(error);
+    }
+
+    /// Puts what is known in place of what was found earlier.
+    fn apply(&self, all: &mut [Candidate], self_test: Option<bool>) {
+        for info in all.iter_mut().map(|candidate| &mut candidate.info) {
+            match self.verdicts.iter().find(|(index, _)| *index == info.index) {
+                Some((_, verdict)) => info.self_test = verdict.clone(),
+                None if self_test.is_some() => info.self_test = SelfTest::Untested,
+                None => {}
+            }
         }
-    }
-
-    /// Sets [`DeviceOptions::device`].
-    #[must_use]
-    pub fn device(self, device: impl Into<Option<String>>) -> Self {
-        Self { device: device.into(), ..self }
-    }
-
-    /// Sets [`DeviceOptions::validation`].
-    #[must_use]
-    pub fn validation(self, validation: bool) -> Self {
-        Self { validation, ..self }
-    }
-
-    /// Sets [`DeviceOptions::memory_bytes`].
-    #[must_use]
-    pub fn memory_bytes(self, memory_bytes: impl Into<Option<u64>>) -> Self {
-        Self { memory_bytes: memory_bytes.into(), ..self }
-    }
-
-    /// Sets [`DeviceOptions::full_barriers`].
-    #[must_use]
-    pub fn full_barriers(self, full_barriers: bool) -> Self {
-        Self { full_barriers, ..self }
-    }
-
-    /// Sets [`DeviceOptions::timings`].
-    #[must_use]
-    pub fn timings(self, timings: bool) -> Self {
-        Self { timings, ..self }
-    }
-
-    /// Sets [`DeviceOptions::polish`].
-    #[must_use]
-    pub fn polish(self, polish: impl Into<Option<bool>>) -> Self {
-        Self { polish: polish.into(), ..self }
-    }
-}
-
-/// What tests set.
-#[cfg(feature = "internals")]
-impl DeviceOptions {
-    /// Sets [`DeviceOptions::least_limits`].
-    #[must_use]
-    pub fn least_limits(self, least_limits: bool) -> Self {
-        Self { least_limits, ..self }
-    }
-
-    /// Sets [`DeviceOptions::buffer_bytes`].
-    #[must_use]
-    pub fn buffer_bytes(self, buffer_bytes: impl Into<Option<u64>>) -> Self {
-        Self { buffer_bytes: buffer_bytes.into(), ..self }
-    }
-
-    /// Sets [`DeviceOptions::dispatch_threads`].
-    #[must_use]
-    pub fn dispatch_threads(self, dispatch_threads: impl Into<Option<usize>>) -> Self {
-        Self { dispatch_threads: dispatch_threads.into(), ..self }
     }
 }
 
@@ -159,6 +79,7 @@ pub(super) struct Shared {
     pub reads_texels: bool,
     /// See [`DeviceOptions::memory_bytes`].
     pub memory_bytes: Option<u64>,
+    warnings: Vec<String>,
     polish: Option<bool>,
     physical: vk::PhysicalDevice,
     reports_budget: bool,
@@ -184,14 +105,41 @@ const FIRST_HOST_BLOCK_BYTES: u64 = 4 << 20;
 const LONGEST_WAIT: Duration = Duration::from_secs(120);
 
 impl Device {
-    /// Opens the device that `options` name.
+    /// Opens the device that `options` name. The first time that a driver is used, it must pass a self-test;
+    /// see [`DeviceInfo::self_test`].
     ///
     /// # Errors
-    /// [`Error::Device`] if there is no Vulkan, no such device, or it lacks a needed limit.
+    /// [`Error::Device`] if there is no Vulkan, no such device, it lacks a needed limit, or its driver fails
+    /// the self-test and the device was not named.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
-        let mut instances = open_all(options.validation)?;
-        let mut candidate = choose(candidates(&instances)?, options.device.as_deref())?;
-        let instance = instances.swap_remove(candidate.instance);
+        let mut known = Known::default();
+        loop {
+            let mut instances = open_all(options.validation)?;
+            let mut all = candidates(&instances)?;
+            known.apply(&mut all, options.self_test);
+            let (candidate, warnings) = match choose(all, options.device.as_deref()) {
+                Ok(choice) => choice,
+                Err(error) => return Err(known.error.unwrap_or(error)),
+            };
+            let instance = instances.swap_remove(candidate.instance);
+            let (index, identity) = (candidate.info.index, candidate.identity);
+            let is_tested =
+                candidate.info.self_test != SelfTest::Untested || options.self_test == Some(false);
+            let device = Self::of_candidate(instance, candidate, options)?;
+            let self_test = if is_tested { Ok(SelfTest::Passed) } else { selftest::run(&device) };
+            if let (false, None, Ok(self_test)) = (is_tested, options.self_test, &self_test) {
+                verdict::store(device.info(), identity, self_test);
+            }
+            match self_test {
+                Ok(SelfTest::Passed) => return device.ready(warnings, !is_tested, options),
+                Err(error) if options.device.is_some() => return Err(error),
+                Err(error) => known.refuse(index, error),
+                Ok(failed) => known.verdicts.push((index, failed)),
+            }
+        }
+    }
+
+    fn of_candidate(instance: Instance, mut candidate: Candidate, options: &DeviceOptions) -> Result<Self> {
         if options.least_limits {
             candidate.info.limits = candidate.info.limits.least();
             candidate.timestamp_bits = 0;
@@ -201,6 +149,29 @@ impl Device {
         *largest = options.buffer_bytes.unwrap_or(*largest).min(*largest);
         let shared = Arc::new(Shared::new(instance, candidate, options)?);
         Ok(Self { shared, pipelines: Arc::default() })
+    }
+
+    /// The device as its user gets it: what the self-test has used does not count.
+    fn ready(mut self, warnings: Vec<String>, has_passed: bool, options: &DeviceOptions) -> Result<Self> {
+        self.pipelines = Arc::default();
+        let shared = Arc::get_mut(&mut self.shared);
+        let shared = shared.ok_or_else(|| Error::Internal("the self-test keeps the device".to_owned()))?;
+        shared.warnings = warnings;
+        shared.memory_bytes = options.memory_bytes;
+        if has_passed {
+            shared.info.self_test = SelfTest::Passed;
+        }
+        for counter in [&shared.peak_bytes, &shared.waited_nanoseconds] {
+            counter.store(0, Ordering::Relaxed);
+        }
+        shared.timings = Mutex::default();
+        Ok(self)
+    }
+
+    /// What is unusual about the choice of the device: its driver, or that of a better one, fails the
+    /// self-test. [`crate::Summary::warnings`] contains it.
+    pub fn warnings(&self) -> &[String] {
+        &self.shared.warnings
     }
 
     /// Name, driver and limits.
@@ -322,7 +293,7 @@ impl Shared {
             Error::device(format!("preparing the device's memory failed: {e}"), "choose another `device`")
                 .caused_by(e)
         })?;
-        let cached = cache::load(&candidate.info);
+        let cached = cache::load(&candidate.info, cache::PIPELINES);
         // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.
         let pipeline_cache = unsafe {
             let with = vk::PipelineCacheCreateInfo::default().initial_data(&cached);
@@ -349,7 +320,9 @@ impl Shared {
             info: candidate.info,
             full_barriers: options.full_barriers,
             reads_texels: candidate.reads_texels,
-            memory_bytes: options.memory_bytes,
+            // The self-test needs little, and must not fail for want of it.
+            memory_bytes: None,
+            warnings: Vec::new(),
             physical: candidate.handle,
             reports_budget: has(ext::memory_budget::NAME),
             timings: Mutex::default(),
@@ -452,8 +425,9 @@ impl Drop for Shared {
         // must go before its device, the device before its instance, and neither is touched again.
         unsafe {
             if self.pipeline_cache != vk::PipelineCache::null() {
-                if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
-                    cache::store(&self.info, &data, self.loaded_cache);
+                let data = self.raw.get_pipeline_cache_data(self.pipeline_cache);
+                if let Some(data) = data.ok().filter(|data| cache::digest(data) != self.loaded_cache) {
+                    cache::store(&self.info, cache::PIPELINES, &data);
                 }
                 self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
             }

@@ -19,20 +19,24 @@ mod instance;
 mod kernel;
 pub mod kernels;
 mod manifests;
+mod options;
 mod rates;
 mod recorder;
 mod select;
+mod selftest;
 mod submitted;
 mod timer;
 
 pub use buffer::{Bound, Buffer, RawBuffer};
-pub use device::{Device, DeviceOptions};
+pub use device::Device;
 pub(crate) use exit::end_process;
 pub use kernel::{
     Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants, Texels,
 };
+pub use options::DeviceOptions;
 pub use recorder::{Recorder, Threads};
 pub(crate) use select::no_device;
-pub use select::{DeviceInfo, Limits, list_devices};
+pub use select::{DeviceInfo, Limits, list_devices, tested_devices};
+pub use selftest::SelfTest;
 pub use submitted::{Download, Submitted};
 pub use timer::StageTime;

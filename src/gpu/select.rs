@@ -1,8 +1,11 @@
 //! Lists the devices, checks which are usable, and chooses one.
 
+use super::device::Device;
 use super::errors::INSTALL_DRIVER;
 use super::forks;
 use super::instance::{Instance, open_all};
+use super::options::DeviceOptions;
+use super::selftest::{SelfTest, verdict};
 use crate::{Error, Result};
 use ash::{ext, vk};
 use serde::Serialize;
@@ -71,6 +74,8 @@ pub struct DeviceInfo {
     pub pci: Option<String>,
     /// What the device lacks; empty if it can be used.
     pub missing: Vec<String>,
+    /// Whether its driver computes what it should. A device that fails is only used if it is named.
+    pub self_test: SelfTest,
 }
 
 /// The last major version of lavapipe's Mesa on which kernels read vectors from texel buffers.
@@ -89,6 +94,8 @@ pub(super) struct Candidate {
     pub timestamp_bits: u32,
     /// Whether kernels read vectors from texel buffers; see [`super::KernelInfo::texel_spirv`].
     pub reads_texels: bool,
+    /// See [`verdict::identity`].
+    pub identity: u64,
     pub info: DeviceInfo,
 }
 
@@ -101,12 +108,30 @@ const LEAST_STORAGE_BUFFER: u64 = 128 << 20;
 const LEAST_WORKGROUPS: u32 = 65535;
 
 /// Lists the Vulkan devices of this machine in the loader's order. Without a loader, or where it finds none,
-/// they are those of the drivers whose manifests are where a loader would look for them.
+/// they are those of the drivers whose manifests are where a loader would look for them. None is opened, so
+/// [`DeviceInfo::self_test`] is what earlier runs have found.
 ///
 /// # Errors
 /// [`Error::Device`] without any Vulkan driver. Drivers without devices give an empty list.
 pub fn list_devices() -> Result<Vec<DeviceInfo>> {
     Ok(candidates(&open_all(false)?)?.into_iter().map(|c| c.info).collect())
+}
+
+/// Like [`list_devices`], and runs the self-test of all usable devices that have not been tested.
+///
+/// # Errors
+/// As [`list_devices`].
+pub fn tested_devices() -> Result<Vec<DeviceInfo>> {
+    let mut list = list_devices()?;
+    let is_open = |info: &&mut DeviceInfo| info.missing.is_empty() && info.self_test == SelfTest::Untested;
+    for info in list.iter_mut().filter(is_open) {
+        let options = DeviceOptions::default().device(Some(info.index.to_string()));
+        info.self_test = match Device::open(&options) {
+            Ok(device) => device.info().self_test.clone(),
+            Err(error) => SelfTest::Failed(error.to_string()),
+        };
+    }
+    Ok(list)
 }
 
 pub(super) fn candidates(instances: &[Instance]) -> Result<Vec<Candidate>> {
@@ -122,8 +147,9 @@ pub(super) fn candidates(instances: &[Instance]) -> Result<Vec<Candidate>> {
 }
 
 /// Chooses the device that `wanted` names as [`crate::DeviceOptions::device`] says; the beginning of a UUID
-/// will do. Without a name the first usable one, discrete before integrated before virtual before CPU.
-pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
+/// will do. Without a name the first usable one that does not fail the self-test, discrete before integrated
+/// before virtual before CPU. Returns warnings of better devices that fail, or of the chosen one if it does.
+pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<(Candidate, Vec<String>)> {
     if all.is_empty() {
         return Err(no_device());
     }
@@ -131,19 +157,50 @@ pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Ca
         all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
     all.retain(|c| wanted.is_none_or(|name| matches(&c.info, name)));
     all.sort_by_key(|c| preference(c.info.kind));
-    let Some(best) = all.iter().position(|c| c.info.missing.is_empty()) else {
-        return Err(match (all.first(), wanted) {
-            (Some(c), _) => Error::device(
-                format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
-                format!("see `rtfmesh devices`, or {INSTALL_DRIVER}"),
-            ),
-            (None, Some(wanted)) => {
-                Error::device(format!("no device matches '{wanted}'"), format!("there are: {names}"))
-            }
-            (None, None) => no_device(),
-        });
+    let is_usable = |c: &Candidate| c.info.missing.is_empty();
+    let is_good = |c: &Candidate| is_usable(c) && failure(&c.info).is_none();
+    let best = all.iter().position(is_good);
+    let failing: Vec<(String, &Candidate)> = all[..best.unwrap_or(all.len())]
+        .iter()
+        .filter(|c| is_usable(c))
+        .filter_map(|c| Some((failure(&c.info)?, c)))
+        .collect();
+    let forced = all.iter().position(is_usable).filter(|_| wanted.is_some());
+    let (best, warnings) = match (best, forced, failing.first()) {
+        (Some(best), ..) => {
+            let left_out = failing.iter().map(|(text, c)| {
+                format!("{text}, and is left out; update its driver, or use it as `device` {}", c.info.index)
+            });
+            (best, left_out.collect())
+        }
+        (None, Some(forced), Some((text, _))) => {
+            (forced, vec![format!("{text}; do not trust the result, and update the driver")])
+        }
+        (None, _, Some((text, c))) => {
+            let remedy =
+                format!("update its driver, or use it in spite of that as `device` {}", c.info.index);
+            return Err(Error::device(text.clone(), remedy));
+        }
+        (None, _, None) => {
+            return Err(match (all.first(), wanted) {
+                (Some(c), _) => Error::device(
+                    format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
+                    format!("see `rtfmesh devices`, or {INSTALL_DRIVER}"),
+                ),
+                (None, Some(wanted)) => {
+                    Error::device(format!("no device matches '{wanted}'"), format!("there are: {names}"))
+                }
+                (None, None) => no_device(),
+            });
+        }
     };
-    Ok(all.swap_remove(best))
+    Ok((all.swap_remove(best), warnings))
+}
+
+/// That a device fails the self-test, if it does.
+fn failure(info: &DeviceInfo) -> Option<String> {
+    let SelfTest::Failed(what) = &info.self_test else { return None };
+    Some(format!("device '{}' (driver {}) fails the self-test: {what}", info.name, info.driver.trim()))
 }
 
 /// The error where there is no device at all.
@@ -248,6 +305,7 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         }),
         missing,
         limits,
+        self_test: SelfTest::Untested,
     };
     // Old versions of lavapipe load a vector of a storage buffer number by number and lane by lane, but a
     // texel at once (docs/experiments.md). Newer ones load both otherwise, and were not measured.
@@ -256,7 +314,10 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         && u64::from(p.limits.max_texel_buffer_elements) >= info.limits.storage_buffer_bytes / SMALLEST_TEXEL
         && p.limits.min_texel_buffer_offset_alignment <= WINDOW_ALIGNMENT;
     let queue_family = family.unwrap_or(0) as u32;
-    Candidate { instance: 0, handle, queue_family, timestamp_bits, reads_texels, info }
+    let identity =
+        verdict::identity(&info, (p.driver_version, p.pipeline_cache_uuid, ids.driver_uuid, reads_texels));
+    let info = DeviceInfo { self_test: verdict::load(&info, identity), ..info };
+    Candidate { instance: 0, handle, queue_family, timestamp_bits, reads_texels, identity, info }
 }
 
 /// Whether a lane that is not known before the shader runs may be broadcast to its subgroup, as the kernel of
@@ -361,6 +422,7 @@ mod tests {
             uuid: uuid_text([index as u8 + 0xa0; vk::UUID_SIZE]),
             pci: (kind != "cpu").then(|| format!("0000:4{index}:00.0")),
             missing: missing.iter().map(|m| (*m).to_owned()).collect(),
+            self_test: SelfTest::Untested,
         };
         Candidate {
             instance: 0,
@@ -368,6 +430,7 @@ mod tests {
             queue_family: 0,
             timestamp_bits: 64,
             reads_texels: false,
+            identity: 0,
             info,
         }
     }
@@ -381,7 +444,7 @@ mod tests {
     }
 
     fn chosen(wanted: Option<&str>) -> Result<usize> {
-        choose(three(), wanted).map(|c| c.info.index)
+        choose(three(), wanted).map(|(c, _)| c.info.index)
     }
 
     #[test]
@@ -413,6 +476,37 @@ mod tests {
         assert!(text("2").contains("Old Discrete") && text("2").contains("Vulkan 1.2"));
         assert!(text("radeon").contains("radeon") && text("radeon").contains("llvmpipe"));
         assert!(choose(Vec::new(), None).is_err());
+    }
+
+    /// The device chosen where these fail the self-test, with the warnings.
+    fn chosen_unless(failing: &[usize], wanted: Option<&str>) -> Result<(usize, Vec<String>)> {
+        let mut all = three();
+        for &index in failing {
+            all[index].info.self_test = SelfTest::Failed("kernel selftest.loops".to_owned());
+        }
+        choose(all, wanted).map(|(c, warnings)| (c.info.index, warnings))
+    }
+
+    #[test]
+    fn a_device_that_fails_the_self_test_is_left_out_unless_it_is_named() {
+        assert_eq!(chosen_unless(&[0], None), Ok((1, Vec::new())));
+        let (index, warnings) = chosen_unless(&[1], None).unwrap();
+        assert!(index == 0 && warnings.len() == 1, "{warnings:?}");
+        for part in ["Integrated One", "selftest.loops", "left out", "`device` 1"] {
+            assert!(warnings[0].contains(part), "{warnings:?}");
+        }
+        // The CPU is usable, too, but not meant.
+        for wanted in ["1", "gpu"] {
+            let (index, warnings) = chosen_unless(&[1], Some(wanted)).unwrap();
+            assert!(
+                index == 1 && warnings.len() == 1 && warnings[0].contains("do not trust"),
+                "{warnings:?}"
+            );
+        }
+        let error = chosen_unless(&[0, 1], None).unwrap_err().to_string();
+        assert!(error.contains("Integrated One") && error.contains("`device` 1"), "{error}");
+        // What cannot be used is not forced.
+        assert!(chosen_unless(&[2], Some("2")).unwrap_err().to_string().contains("Vulkan 1.2"));
     }
 
     #[test]

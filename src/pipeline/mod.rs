@@ -123,11 +123,13 @@ pub fn remesh_repaired<F: Into<Flow>>(
     }
     let options = &options;
     let mut callback = |now| progress(now).into();
-    if let Some(symmetry) = options.coarse_to_fine.symmetric {
-        return remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback);
-    }
-    let found = run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback));
-    found.map_err(|error| with_other_count(error, mesh, options))
+    let mut found = match options.coarse_to_fine.symmetric {
+        Some(symmetry) => remesh_symmetric(device, mesh, repaired, (options, symmetry), &mut callback)?,
+        None => run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
+            .map_err(|error| with_other_count(error, mesh, options))?,
+    };
+    found.summary.warn_all(device.warnings().iter().map(|text| (WarningCode::Device, text.clone())));
+    Ok(found)
 }
 
 fn run(

@@ -1,5 +1,8 @@
-//! The number of iterations in a submission: few enough that a run can be stopped within a second.
+//! The number of iterations in a submission, few enough that a run can be stopped within a second; and the
+//! check that they moved anything.
 
+use crate::gpu::Device;
+use crate::{Error, Result};
 use std::time::Instant;
 
 /// Largest duration of a submission, in seconds.
@@ -31,4 +34,19 @@ impl Pace {
         let seconds = self.begun.elapsed().as_secs_f64().max(1e-6);
         self.iterations = ((f64::from(iterations) * PATIENCE / seconds) as u32).clamp(1, self.most);
     }
+}
+
+/// Refuses the work of a device that computes nothing: sites at random places do not rest in all iterations.
+///
+/// # Errors
+/// [`Error::Device`] if there are steps and all are 0.
+pub(crate) fn require_moves(device: &Device, steps: &[f64]) -> Result<()> {
+    if steps.is_empty() || steps.iter().any(|step| *step != 0.0) {
+        return Ok(());
+    }
+    let name = &device.info().name;
+    Err(Error::device(
+        format!("no vertex moved in {} iterations: device '{name}' computes nothing", steps.len()),
+        "see `rtfmesh devices`, update its driver, or choose another `device`",
+    ))
 }

@@ -7,6 +7,8 @@ use serde::Serialize;
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum WarningCode {
+    /// The device fails the self-test, or a better one does and was left out.
+    Device,
     /// Sites of the preset got no face.
     LostFaces,
     /// The preset supports closed manifolds only, and the input is not one.

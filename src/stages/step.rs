@@ -34,6 +34,14 @@ impl Step {
         })
     }
 
+    /// Records that no iteration was made so far: steps that no device writes are 0.
+    ///
+    /// # Errors
+    /// As [`Recorder::fill`].
+    pub fn record_begin(&self, recorder: &mut Recorder) -> Result<()> {
+        recorder.fill(&self.history, 0)
+    }
+
     /// Records the move of `sites` to `projected` as iteration `iteration`.
     ///
     /// # Errors
@@ -112,6 +120,14 @@ impl Settle {
             surface_normals: Buffer::new(device, "default.step.surface_normals", sites)?,
             history: Buffer::new(device, "default.step.history", iterations as usize)?,
         })
+    }
+
+    /// As [`Step::record_begin`].
+    ///
+    /// # Errors
+    /// As [`Recorder::fill`].
+    pub fn record_begin(&self, recorder: &mut Recorder) -> Result<()> {
+        recorder.fill(&self.history, 0)
     }
 
     /// Records the move to what `walk` found for `targets`, whose w is the squared distance to the centroid.

@@ -7,7 +7,7 @@ use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::{names, sample};
 use rtfmesh::mesh::topology::topology;
 use serde_json::Value;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 fn vertices_of(path: &Path) -> usize {
     read(path).unwrap().mesh.vertices.len()
@@ -231,22 +231,28 @@ fn warnings_remain_when_quiet_and_notes_do_not() {
     assert!(loud.starts_with("note: note.obj: ") && !quiet.contains("note"), "{loud}\n{quiet}");
 }
 
+/// The file of the only device that was used, with this extension.
+#[track_caller]
+fn kept_file(place: &Place, extension: &str) -> PathBuf {
+    let files = std::fs::read_dir(place.cache.path()).unwrap().map(|entry| entry.unwrap().path());
+    let mut found: Vec<PathBuf> =
+        files.filter(|path| path.extension().is_some_and(|end| end == extension)).collect();
+    assert_eq!(found.len(), 1, "{found:?}");
+    found.remove(0)
+}
+
 #[test]
 fn the_cache_of_compiled_kernels_is_kept() {
     let place = Place::with("torus");
     place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
-    let kept: Vec<_> = std::fs::read_dir(place.cache.path()).unwrap().map(|e| e.unwrap().path()).collect();
-    assert!(
-        matches!(kept.as_slice(), [one] if one.extension().is_some_and(|e| e == "pipelines")),
-        "{kept:?}"
-    );
+    let kept = kept_file(&place, "pipelines");
     // The same again is not written again.
-    let written = || std::fs::metadata(&kept[0]).unwrap().modified().unwrap();
+    let written = || std::fs::metadata(&kept).unwrap().modified().unwrap();
     let first = written();
     place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
     assert_eq!(written(), first);
     // A damaged one is no fault.
-    std::fs::write(&kept[0], b"damaged").unwrap();
+    std::fs::write(&kept, b"damaged").unwrap();
     place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
 }
 
@@ -304,7 +310,47 @@ fn devices_are_listed_with_what_matters() {
     let first = &list[0];
     assert!(text.contains(first["name"].as_str().unwrap()) && text.contains("yes"), "{text}");
     assert!(number(first, "/limits/shared_memory_bytes") >= f64::from(16 << 10));
-    assert_eq!(first["index"], 0);
+    assert_eq!((&first["index"], &first["self_test"]), (&0.into(), &"passed".into()));
+}
+
+#[test]
+fn the_self_test_runs_once_for_each_driver_and_a_device_that_fails_is_left_out() {
+    let place = Place::with("sphere");
+    let run = |arguments: &str| place.program(&format!("{arguments} --device 0"));
+    run("remesh in.ply out.ply -n 300 -q").assert().success().stderr("");
+    let (bytes, path) = (place.bytes("out.ply"), kept_file(&place, "selftest"));
+    let kept = std::fs::read_to_string(&path).unwrap();
+    assert!(kept.contains("passed"), "{kept}");
+    // It is not run again.
+    let text = kept.replace("\"passed\"", "{\"failed\":\"wrong results of kernel selftest.none\"}");
+    std::fs::write(&path, &text).unwrap();
+    let (table, _) = place.run("devices");
+    assert!(table.contains("only by name") && table.contains("selftest.none"), "{table}");
+    let (report, _) = place.run("bug-report --no-self-test");
+    assert!(report.contains("0: self-test failed: wrong results of kernel selftest.none"), "{report}");
+    let done = run("remesh in.ply out.ply -n 300 -q").assert().success();
+    let errors = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    let warnings: Vec<&str> = errors.lines().filter(|line| line.starts_with("warning: ")).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains("selftest.none") && place.bytes("out.ply") == bytes);
+    let list: Value = serde_json::from_str(&place.run("devices --json").0).unwrap();
+    if list.as_array().unwrap().len() == 1 {
+        let mut program = place.program("remesh in.ply out.ply -n 300 -q");
+        let refused = program.env("RTFMESH_DEVICE", "").assert().code(4).stdout("");
+        let line = String::from_utf8(refused.get_output().stderr.clone()).unwrap();
+        let remedy = "or use it in spite of that as --device 0";
+        assert!(line.contains("fails the self-test") && line.contains(remedy), "{line}");
+    }
+    // On request, it is, and that is not kept.
+    let mut program = run("remesh in.ply out.ply -n 300 -q");
+    program.env("RTFMESH_SELF_TEST", "1").assert().success().stderr("");
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    // Nor is it taken for another driver's, or read from a damaged file.
+    let (start, end) = kept.split_once("\"identity\":\"").unwrap();
+    for other in [format!("{start}\"identity\":\"x{end}"), text[..text.len() - 1].to_owned(), String::new()] {
+        std::fs::write(&path, &other).unwrap();
+        run("remesh in.ply out.ply -n 300 -q").assert().success().stderr("");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), kept, "{other}");
+    }
 }
 
 #[test]

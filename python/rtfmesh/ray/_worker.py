@@ -10,7 +10,7 @@ import numpy as np
 import ray
 
 from .._errors import DeviceError
-from .._figures import devices
+from .._figures import untested_devices
 from .._remesh import Remesher
 from ._devices import limit_threads, nvidia_smi, vulkan_device
 from ._meshes import Job, do_row, why
@@ -23,7 +23,9 @@ class Worker:
         limit_threads(cpus)
         if device is None:
             assigned = ray.get_runtime_context().get_accelerator_ids()["GPU"]
-            device = vulkan_device(assigned[0], devices(), nvidia_smi()) if assigned else "cpu"
+            device = "cpu"
+            if assigned:
+                device = vulkan_device(assigned[0], untested_devices(), nvidia_smi())
         self._job = job
         self._remesher = Remesher(device)
 

@@ -2,13 +2,16 @@
 //!
 //! All commands are looked up through `vkGetInstanceProcAddr`, which [`hooked`] replaces, so that no other
 //! code is changed and the calls of the memory allocator are included. Each command returned counts its
-//! calls, and either fails as
-//! [`Plan`] says or calls the real command.
+//! calls, and either fails as [`Plan`] says or calls the real command. [`broken`] has commands that fail
+//! without saying so.
 
+mod broken;
+mod selftest;
 mod tests;
 
 use super::device::lock;
 use ash::vk;
+use broken::Miscompiled;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_void};
@@ -34,6 +37,10 @@ struct Plan {
     fault: Option<Fault>,
     calls: BTreeMap<&'static str, u64>,
     failed_calls: u64,
+    /// Commands that do nothing.
+    left_out: &'static [&'static str],
+    miscompiled: Option<Miscompiled>,
+    wrong_instructions: usize,
 }
 
 impl Plan {
@@ -56,7 +63,14 @@ fn reports_device_loss(command: &str) -> bool {
     matches!(command, "vkQueueSubmit" | "vkWaitForFences" | "vkDeviceWaitIdle" | "vkGetQueryPoolResults")
 }
 
-static PLAN: Mutex<Plan> = Mutex::new(Plan { fault: None, calls: BTreeMap::new(), failed_calls: 0 });
+static PLAN: Mutex<Plan> = Mutex::new(Plan {
+    fault: None,
+    calls: BTreeMap::new(),
+    failed_calls: 0,
+    left_out: &[],
+    miscompiled: None,
+    wrong_instructions: 0,
+});
 /// Locked by a test while it uses the plan, which all tests share.
 static TURN: Mutex<()> = Mutex::new(());
 /// `vkGetInstanceProcAddr` and `vkGetDeviceProcAddr`.
@@ -134,7 +148,8 @@ unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -
     // SAFETY: `instance_proc` stored this function when it gave out this one; the caller keeps its contract.
     unsafe {
         let real: vk::PFN_vkGetDeviceProcAddr = std::mem::transmute(DEVICE_PROC.load(Ordering::Relaxed));
-        shim(CStr::from_ptr(name), real(device, name))
+        let name = CStr::from_ptr(name);
+        broken::shim(name, shim(name, real(device, name.as_ptr())))
     }
 }
 

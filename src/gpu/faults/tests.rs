@@ -17,11 +17,11 @@ const WAITING: &str = "vkWaitForFences";
 const NAMING: &str = "vkSetDebugUtilsObjectNameEXT";
 
 fn open() -> Result<Device> {
-    let options = DeviceOptions { validation: true, ..DeviceOptions::from_env() };
+    let options = DeviceOptions { validation: true, self_test: Some(false), ..DeviceOptions::from_env() };
     with_hooks(|| Device::open(&options))
 }
 
-fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
+pub(super) fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
     let options = Options::new(60).iterations(2).measures(MeasureDepth::Basic);
     let options = options.polish_rounds(2).first_iterations(3).coarse_iterations(2);
     remesh(device, input, &options)
@@ -29,7 +29,7 @@ fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
 
 /// One line with a remedy, of a kind that fits the code.
 #[track_caller]
-fn assert_has_remedy(error: &Error, fault: &Fault) {
+pub(super) fn assert_has_remedy(error: &Error, fault: &Fault) {
     let line = error.to_string();
     assert!(!line.contains('\n') && line.len() < 300, "{fault:?}: {line}");
     assert!(line.contains("; ") || matches!(error, Error::DeviceLost(_)), "{fault:?}: {line}");
@@ -182,8 +182,12 @@ fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
 fn a_submission_that_does_not_end_is_told_with_the_command_that_it_runs() {
     let _turn = reserve_plan();
     // Limits dispatches, and waits for them, as on a GPU.
-    let options =
-        DeviceOptions { dispatch_threads: Some(1 << 20), timings: true, ..DeviceOptions::from_env() };
+    let options = DeviceOptions {
+        dispatch_threads: Some(1 << 20),
+        timings: true,
+        self_test: Some(false),
+        ..DeviceOptions::from_env()
+    };
     let device = with_hooks(|| Device::open(&options)).unwrap();
     plan_fault(Some(Fault { command: WAITING, at: 3, result: vk::Result::TIMEOUT, lasting: false }));
     let error = small_run(&device, &sample("bumpy-sphere").unwrap()).err().unwrap();

@@ -9,6 +9,7 @@ use crate::options::Options;
 use crate::pipeline::near_sites::{LIST, near_sites};
 use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::result::ExactSummary;
+use crate::pipeline::submission::require_moves;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::on_surface::SitesOnSurface;
@@ -84,6 +85,7 @@ impl<'a> ExactRun<'a> {
         let mut steps = Vec::new();
         let mut summary = ExactSummary::default();
         let mut recorder = Recorder::new(self.device)?;
+        self.step.record_begin(&mut recorder)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
         for iteration in 0..options.iterations {
@@ -97,6 +99,7 @@ impl<'a> ExactRun<'a> {
                 break;
             }
         }
+        require_moves(self.device, &steps)?;
         if let Some(descent) = &self.descent {
             self.upload(&descent.final_sites())?;
         }

@@ -11,7 +11,7 @@ use crate::options::Options;
 use crate::options::{Face, Neighbours};
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, Outcome};
-use crate::pipeline::submission::Pace;
+use crate::pipeline::submission::{Pace, require_moves};
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
@@ -133,6 +133,9 @@ impl PlaneFacesRun {
             let end = (begin + pace.iterations).min(check).min(options.iterations);
             pace.begin();
             let mut recorder = Recorder::new(device)?;
+            if begin == 0 {
+                self.step.record_begin(&mut recorder)?;
+            }
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, iteration)?;
             }
@@ -148,6 +151,7 @@ impl PlaneFacesRun {
                 break;
             }
         }
+        require_moves(device, &steps)?;
         Ok(steps)
     }
 

@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::pipeline::near_sites::LIST;
-use crate::pipeline::submission::Pace;
+use crate::pipeline::submission::{Pace, require_moves};
 use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::stages::blocks::Block;
@@ -180,6 +180,7 @@ impl Level {
             recorder.upload(&self.sites, &pinned.sites)?;
             recorder.upload(&self.settle.surface_normals, &pinned.normals)?;
         }
+        self.settle.record_begin(&mut recorder)?;
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
@@ -206,6 +207,7 @@ impl Level {
                 break;
             }
         }
+        require_moves(device, &steps)?;
         self.read(device, steps)
     }
 
