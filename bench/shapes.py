@@ -188,8 +188,6 @@ def suspicions(code: int, seconds: float, report: dict, words: str, vertices: in
     angle, got = find(report, "min_angle"), find(report, "vertices")
     if angle is not None and angle < 10 and not codes:
         found.append(f"{angle:.1f} degrees without a warning")
-    if find(report, "folded_edges") and not codes:
-        found.append("folded edges without a warning")
     if isinstance(got, int) and got != vertices and not codes:
         found.append(f"{got} vertices without a warning")
     return found
