@@ -17,7 +17,7 @@ const FOR_ROOM: [f64; 3] = [1.5, 2.0, 3.0];
 /// So are these, where triangles are bad.
 const FOR_SHAPE: [f64; 2] = [2.0, 3.0];
 /// Meshes with more vertices are not made again for the shape of a few triangles, since that takes too long.
-const MOST_VERTICES: usize = 20_000;
+const MOST_VERTICES: usize = 2_500;
 /// Triangles are bad if one of them has an angle below this many degrees.
 const SMALL: f64 = 15.0;
 /// They are bad, too, if more than this fraction of them has an angle below 30 degrees.
