@@ -6,7 +6,7 @@ use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
 
-use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
+use crate::support::shapes::{Random, cube, gear, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
 fn flipped(mesh: &TriMesh) -> TriMesh {
     TriMesh {
@@ -312,6 +312,18 @@ fn a_hole_in_a_box_has_two_closed_curves() {
     // Up to where the hole is but a few edges round.
     for vertices in [120, 150, 250, 1000, 30_000] {
         assert_eq!(counts(&found(&mesh, vertices)), [7, 8, 14, 2], "{vertices}");
+    }
+}
+
+#[test]
+fn a_net_of_creases_stays_where_narrow_strips_in_it_were_given_up() {
+    // The tops of the teeth are strips; without them both rims bend at every tooth.
+    let gear = gear(12, 0.7, 0.3);
+    let rims: f64 = (0..36).map(|k: usize| gear.vertices[k].distance(gear.vertices[(k + 1) % 36])).sum();
+    for vertices in [60, 100, 1000] {
+        let found = found(&gear, vertices);
+        let length: f64 = found.curves.iter().map(|curve| curve.length).sum();
+        assert!(length > 1.8 * rims, "{vertices}: {length} of {rims}, {:?}", found.discarded);
     }
 }
 

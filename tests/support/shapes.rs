@@ -175,6 +175,18 @@ pub fn prism(polygon: &[[f64; 2]], height: f64) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
+/// A gear around the z axis, of radius 1, with narrow tops; `inner` is the radius between its teeth.
+pub fn gear(teeth: u32, inner: f64, height: f64) -> TriMesh {
+    let turn = TAU / f64::from(teeth);
+    let corners =
+        |k: u32| [(0.0, inner), (0.475, 1.0), (0.525, 1.0)].map(|(at, r)| (turn * (f64::from(k) + at), r));
+    let outline: Vec<[f64; 2]> = (0..teeth)
+        .flat_map(corners)
+        .map(|(angle, r): (f64, f64)| [r * angle.cos(), r * angle.sin()])
+        .collect();
+    prism(&outline, height)
+}
+
 /// A regular polygon of radius 1.
 pub fn regular(sides: u32) -> Vec<[f64; 2]> {
     let angle = |k: u32| TAU * f64::from(k) / f64::from(sides);

@@ -213,14 +213,10 @@ impl Attempts<'_> {
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
             Err(Error::Usage { .. }) if self.context.may_simplify() => {
-                match runner.with_fewer_curves(vertices, seed)? {
-                    Some(first) => first,
-                    None => {
-                        let whole = whole(&mut runner)?;
-                        let outcome = runner.with_round_facets(whole, vertices)?;
-                        return self.accepted(outcome);
-                    }
-                }
+                let whole = whole(&mut runner)?;
+                let outcome = runner.with_round_facets(whole, vertices)?;
+                let outcome = runner.with_coarser_features(outcome, vertices)?;
+                return self.accepted(outcome);
             }
             first => first?,
         };

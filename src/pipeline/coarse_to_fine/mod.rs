@@ -21,6 +21,7 @@ mod refine;
 mod refined_lengths;
 mod ridges;
 mod round_facets;
+mod score;
 mod shared;
 mod shared_edges;
 mod shorter;

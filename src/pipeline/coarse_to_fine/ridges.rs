@@ -2,10 +2,9 @@
 
 use super::improve::{Improved, Reporting};
 use super::level_mesh::{LevelMesh, LevelSites};
+use super::score::{Score, rms};
 use super::shared::CoarseToFine;
-use crate::mesh::distance::distances_sampled;
 use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::quality::quality;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::FaultKind;
 use crate::polish::{FEW_ROUNDS, PulledSite, pull_sites};
@@ -45,8 +44,6 @@ const MOST_ADDED_NARROW: f64 = 0.02;
 const WIDE: f64 = 25.0;
 /// The second mesh may not bring the smallest angle below this many degrees.
 const SMALL: f64 = 15.0;
-/// Samples of distances for each vertex.
-const SAMPLES: usize = 8;
 
 impl CoarseToFine<'_> {
     /// A copy of the last level if it has ridges that no curve marks.
@@ -140,7 +137,7 @@ impl CoarseToFine<'_> {
         let Some(mut pulled) = self.pulled(on, level, spacing, reporting)? else { return Ok(first) };
         pulled.most_rms = STILL_CLOSER * score.rms;
         let second = self.improve(on, pulled, spacing, reporting)?;
-        let is_better = self.score(&second, reporting)?.is_better_than(&score);
+        let is_better = self.score(&second, reporting)?.is_closer_than(&score);
         Ok(if is_better { second } else { first })
     }
 
@@ -158,44 +155,22 @@ impl CoarseToFine<'_> {
         edges.flat_map(|edge| edge.ends).collect::<BTreeSet<u32>>().len()
     }
 
-    /// The root mean square distance between a mesh and the surface, the larger of both directions, from
-    /// samples.
+    /// The root mean square distance between a mesh and the surface.
     pub(super) fn rms(&self, mesh: &TriMesh, reporting: &mut Reporting) -> Result<f64> {
-        let (surface, samples) = (self.context.surface.mesh(), SAMPLES * mesh.vertices.len());
-        let distances =
-            reporting.progress.during(|progress| distances_sampled(mesh, &surface, samples, progress))?;
-        Ok(distances.rms)
+        let surface = self.context.surface.mesh();
+        reporting.progress.during(|progress| rms(mesh, &surface, progress))
     }
 
     fn score(&self, improved: &Improved, reporting: &mut Reporting) -> Result<Score> {
-        let mesh = &improved.mesh.mesh;
-        let quality = quality(mesh);
-        Ok(Score {
-            fault: improved.fault.as_ref().map(|fault| fault.kind),
-            rms: self.rms(mesh, reporting)?,
-            smallest: quality.as_ref().map_or(0.0, |quality| quality.min_angle),
-            narrow: quality.as_ref().map_or(1.0, |quality| quality.fraction_below_30),
-            quality: quality.map_or(0.0, |quality| quality.mean_quality),
-        })
+        let (mesh, surface) = (&improved.mesh.mesh, self.context.surface.mesh());
+        let fault = improved.fault.as_ref();
+        reporting.progress.during(|progress| Score::of(mesh, fault, &surface, progress))
     }
 }
 
-/// What meshes are compared by.
-#[derive(Debug, Clone, Copy)]
-struct Score {
-    fault: Option<FaultKind>,
-    /// The root mean square distance between mesh and surface, the larger of both directions.
-    rms: f64,
-    /// The smallest angle in degrees.
-    smallest: f64,
-    /// The share of triangles with an angle below 30 degrees.
-    narrow: f64,
-    /// The mean quality.
-    quality: f64,
-}
-
 impl Score {
-    fn is_better_than(&self, first: &Self) -> bool {
+    /// Whether it is clearly closer to the surface, and its triangles are nearly as good.
+    fn is_closer_than(&self, first: &Self) -> bool {
         let is_closer = |[closer, narrower, quality_loss]: [f64; 3]| {
             self.rms <= closer * first.rms
                 && self.smallest >= WIDE.min(narrower * first.smallest)
@@ -252,12 +227,12 @@ mod tests {
             (Score { rms: 0.5, narrow: 0.03, ..first }, false),
             (Score { rms: 0.5, fault: Some(FaultKind::Missing), ..first }, false),
         ] {
-            assert_eq!(second.is_better_than(&first), is_better, "{second:?}");
+            assert_eq!(second.is_closer_than(&first), is_better, "{second:?}");
         }
         let small = Score { smallest: 20.0, ..first };
-        assert!(!Score { rms: 0.5, smallest: 14.0, ..small }.is_better_than(&small));
+        assert!(!Score { rms: 0.5, smallest: 14.0, ..small }.is_closer_than(&small));
         // Above 25 degrees, no angle is too small.
         let even = Score { smallest: 42.0, ..first };
-        assert!(Score { rms: 0.5, smallest: 26.0, ..even }.is_better_than(&even));
+        assert!(Score { rms: 0.5, smallest: 26.0, ..even }.is_closer_than(&even));
     }
 }
