@@ -25,6 +25,13 @@ pub fn emit(kernels: &[Kernel]) -> String {
         line(&mut out, format_args!("    <{}::{}::Shader as Kernel>::INFO,", k.stage, k.stem));
     }
     line(&mut out, format_args!("];"));
+    line(&mut out, format_args!("/// Compiles each kernel of the crate with the constants of its shader."));
+    line(&mut out, format_args!("#[cfg(feature = \"internals\")]"));
+    line(&mut out, format_args!("pub const COMPILE: &[fn(&super::Device) -> crate::Result<()>] = &["));
+    for k in kernels {
+        line(&mut out, format_args!("    compile::<{}::{}::Shader>,", k.stage, k.stem));
+    }
+    line(&mut out, format_args!("];"));
     out
 }
 

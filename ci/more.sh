@@ -16,6 +16,7 @@ run_examples() {
 
 step "setup" ./ci/setup.sh --tests
 step "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
+step "compilers of other GPUs, other subgroups, garbage in fresh memory" ./ci/compilers.sh
 step "examples" run_examples
 step "workflows, forms and metadata" ./ci/workflows.sh
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh

@@ -13,6 +13,7 @@
 layout(push_constant) uniform Push {
     uint count;
     uint most_rounds;
+    uint digit_count; // DIGITS; a constant would let compilers unroll the loops
 };
 READ_UVEC4(0, Words, words);
 layout(set = 0, binding = 1) writeonly buffer Rounds { uint rounds[]; };
@@ -34,7 +35,7 @@ void main() {
     rounds[i] = length;
     // By insertion.
     uint digits[DIGITS];
-    for (uint d = 0u; d < DIGITS; ++d) {
+    for (uint d = 0u; d < digit_count; ++d) {
         uint digit = (word >> (4u * d)) & 15u, place = d;
         while (place > 0u && digits[place - 1u] > digit) {
             digits[place] = digits[place - 1u];
@@ -43,6 +44,6 @@ void main() {
         digits[place] = digit;
     }
     uint all = 0u;
-    for (uint d = 0u; d < DIGITS; ++d) all = (all << 4) | digits[DIGITS - 1u - d];
+    for (uint d = 0u; d < digit_count; ++d) all = (all << 4) | digits[digit_count - 1u - d];
     sorted[i] = all;
 }

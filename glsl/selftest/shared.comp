@@ -11,6 +11,7 @@
 layout(push_constant) uniform Push {
     uint count;
     uint seed;
+    uint each; // STORED / WORKGROUP; a constant would let compilers unroll the loops
 };
 layout(set = 0, binding = 0) writeonly buffer Digests { uint digests[]; };
 
@@ -18,9 +19,8 @@ layout(set = 0, binding = 0) writeonly buffer Digests { uint digests[]; };
 const uint STORED = 4096u;
 shared uint stored[STORED];
 
-// One barrier, outside of loops: more of them take a CPU's driver a third of a second to compile.
 void main() {
-    uint lane = gl_LocalInvocationID.x, each = STORED / WORKGROUP, digest = thread_index() ^ seed;
+    uint lane = gl_LocalInvocationID.x, digest = thread_index() ^ seed;
     for (uint k = 0u; k < each; ++k) stored[k * WORKGROUP + lane] = digest * (2u * k + 3u);
     barrier();
     // Words that other invocations have stored.

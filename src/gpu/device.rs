@@ -12,7 +12,7 @@ use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::selftest::{self, SelfTest, verdict};
 use super::timer::{StageTime, Timings};
 use crate::{Error, Result};
-use ash::{ext, vk};
+use ash::{ext, khr, vk};
 use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
@@ -89,6 +89,8 @@ pub(super) struct Shared {
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
     names: Option<ext::debug_utils::Device>,
+    /// See [`DeviceOptions::statistics`].
+    pub statistics: Option<khr::pipeline_executable_properties::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
     next_id: AtomicU64,
     /// The process that opened it.
@@ -263,6 +265,18 @@ fn allocator(
     })
 }
 
+/// A cache of compiled kernels that begins with what was kept. It only saves time: a damaged file is ignored,
+/// and the null handle means no cache.
+fn pipeline_cache(device: &ash::Device, kept: &[u8]) -> vk::PipelineCache {
+    let with = vk::PipelineCacheCreateInfo::default().initial_data(kept);
+    let without = vk::PipelineCacheCreateInfo::default();
+    // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.
+    unsafe {
+        let made = device.create_pipeline_cache(&with, None);
+        made.or_else(|_| device.create_pipeline_cache(&without, None)).unwrap_or_default()
+    }
+}
+
 impl Shared {
     fn new(instance: Instance, candidate: Candidate, options: &DeviceOptions) -> Result<Self> {
         let priorities = [1.0];
@@ -272,7 +286,7 @@ impl Shared {
         // SAFETY: the handle comes from this instance; the call only reads.
         let extensions = unsafe { instance.raw.enumerate_device_extension_properties(candidate.handle) }
             .map_err(|e| vk_error("listing the device extensions", e))?;
-        let subset = ash::khr::portability_subset::NAME;
+        let subset = khr::portability_subset::NAME;
         let mut enabled = Vec::new();
         let has = |name| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
         if has(subset) {
@@ -280,6 +294,14 @@ impl Shared {
             enabled.push(subset.as_ptr());
         }
         let mut features = vk::PhysicalDeviceVulkan12Features::default().subgroup_broadcast_dynamic_id(true);
+        let mut telling = vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR::default()
+            .pipeline_executable_info(true);
+        let statistics = khr::pipeline_executable_properties::NAME;
+        let tells = options.statistics && has(statistics);
+        if tells {
+            enabled.push(statistics.as_ptr());
+            features.p_next = (&raw mut telling).cast();
+        }
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&enabled)
@@ -294,19 +316,12 @@ impl Shared {
                 .caused_by(e)
         })?;
         let cached = cache::load(&candidate.info, cache::PIPELINES);
-        // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.
-        let pipeline_cache = unsafe {
-            let with = vk::PipelineCacheCreateInfo::default().initial_data(&cached);
-            let without = vk::PipelineCacheCreateInfo::default();
-            // The cache only saves time: a damaged file is ignored, and the null handle means no cache.
-            raw.create_pipeline_cache(&with, None)
-                .or_else(|_| raw.create_pipeline_cache(&without, None))
-                .unwrap_or_default()
-        };
+        let pipeline_cache = pipeline_cache(&raw, &cached);
         let timestamp_mask = u64::MAX.checked_shr(64 - candidate.timestamp_bits).unwrap_or(0);
         let is_limited = candidate.info.kind != "cpu" || options.dispatch_threads.is_some();
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(candidate.queue_family, 0) };
+        let statistics = tells.then(|| khr::pipeline_executable_properties::Device::new(&instance.raw, &raw));
         let names = instance.names_objects().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
         Ok(Self {
             queue: Mutex::new(queue),
@@ -330,6 +345,7 @@ impl Shared {
             allocated_bytes: AtomicU64::new(0),
             peak_bytes: AtomicU64::new(0),
             names,
+            statistics,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             next_id: AtomicU64::new(0),
             process: std::process::id(),

@@ -241,10 +241,13 @@ fn compile(
         .module(module)
         .name(c"main")
         .specialization_info(&specialization);
-    let flags = match shared.rates {
-        Some(_) => vk::PipelineCreateFlags::DISPATCH_BASE,
-        None => vk::PipelineCreateFlags::empty(),
-    };
+    let mut flags = vk::PipelineCreateFlags::empty();
+    if shared.rates.is_some() {
+        flags |= vk::PipelineCreateFlags::DISPATCH_BASE;
+    }
+    if shared.statistics.is_some() {
+        flags |= vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR;
+    }
     let create = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(layout)];
     // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may
     // go as soon as the pipeline exists.

@@ -24,6 +24,8 @@ mod rates;
 mod recorder;
 mod select;
 mod selftest;
+#[cfg(feature = "internals")]
+mod statistics;
 mod submitted;
 mod timer;
 
@@ -38,5 +40,7 @@ pub use recorder::{Recorder, Threads};
 pub(crate) use select::no_device;
 pub use select::{DeviceInfo, Limits, list_devices, tested_devices};
 pub use selftest::SelfTest;
+#[cfg(feature = "internals")]
+pub use statistics::CompiledKernel;
 pub use submitted::{Download, Submitted};
 pub use timer::StageTime;

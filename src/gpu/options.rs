@@ -35,6 +35,8 @@ pub struct DeviceOptions {
     /// Whether the self-test runs (`true`), whatever is known, or does not (`false`); the result is not kept.
     /// `None`: the first time that a driver is used.
     pub(crate) self_test: Option<bool>,
+    /// Whether the driver keeps what its compiler knows of each kernel, if it can.
+    pub(crate) statistics: bool,
 }
 
 impl DeviceOptions {
@@ -53,6 +55,7 @@ impl DeviceOptions {
             buffer_bytes: None,
             dispatch_threads: None,
             polish: std::env::var_os("RTFMESH_DEVICE_POLISH").map(|v| v == "1"),
+            statistics: false,
             self_test: on("RTFMESH_SELF_TEST").then_some(true),
         }
     }
@@ -113,6 +116,12 @@ impl DeviceOptions {
     #[must_use]
     pub fn dispatch_threads(self, dispatch_threads: impl Into<Option<usize>>) -> Self {
         Self { dispatch_threads: dispatch_threads.into(), ..self }
+    }
+
+    /// Sets [`DeviceOptions::statistics`].
+    #[must_use]
+    pub fn statistics(self, statistics: bool) -> Self {
+        Self { statistics, ..self }
     }
 
     /// Sets [`DeviceOptions::self_test`].

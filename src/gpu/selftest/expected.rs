@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 
 /// Results of `selftest/arithmetic` for one element: as many real numbers as integers.
 pub(super) const OPERATIONS: usize = 16;
+/// Digits of a word in base 16, as `selftest/loops` sorts them.
+pub(super) const DIGITS: u32 = 8;
 /// Words that a workgroup of `selftest/shared` stores.
-const STORED: u32 = 4096;
+pub(super) const STORED: u32 = 4096;
 
 /// Largest difference of real results. Vulkan allows 2.5 units in the last place of a quotient, and 16-bit
 /// integers that are rounded either way.
@@ -73,7 +75,7 @@ pub(super) fn rounds(word: u32, most: u32) -> u32 {
 
 /// A word with its digits in base 16 in ascending order, the smallest one last.
 pub(super) fn sorted_digits(word: u32) -> u32 {
-    let mut digits: [u32; 8] = std::array::from_fn(|d| (word >> (4 * d)) & 15);
+    let mut digits: [u32; DIGITS as usize] = std::array::from_fn(|d| (word >> (4 * d)) & 15);
     digits.sort_unstable();
     digits.iter().rev().fold(0, |all, digit| 16 * all + digit)
 }

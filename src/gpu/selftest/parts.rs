@@ -1,6 +1,6 @@
 //! The kernels of the self-test with their buffers: each is recorded, and then compared with the host.
 
-use super::expected::{self, Lane, OPERATIONS, TOLERANCE};
+use super::expected::{self, DIGITS, Lane, OPERATIONS, STORED, TOLERANCE};
 use super::inputs::{COUNT, Inputs, WORDS};
 use super::{Check, Tally};
 use crate::Result;
@@ -117,7 +117,7 @@ impl<'a> Parts<'a> {
     pub fn loops(&self, recorder: &mut Recorder) -> Result<Check<'a>> {
         let rounds = self.output::<u32>(recorder, "selftest.rounds", COUNT)?;
         let sorted = self.output::<u32>(recorder, "selftest.sorted", COUNT)?;
-        let push = loops::Push { count: COUNT as u32, most_rounds: MOST_ROUNDS };
+        let push = loops::Push { count: COUNT as u32, most_rounds: MOST_ROUNDS, digit_count: DIGITS };
         let bindings = loops::Bindings { words: &self.words, rounds: &rounds, sorted: &sorted };
         recorder.dispatch(&self.loops, Threads(COUNT), &push, &bindings)?;
         let (rounds, sorted) = (recorder.download(&rounds)?, recorder.download(&sorted)?);
@@ -172,7 +172,10 @@ impl<'a> Parts<'a> {
         let workgroup = self.shared.workgroup();
         let count = SHARING * workgroup;
         let digests = self.output::<u32>(recorder, "selftest.digests", count as usize)?;
-        let (push, bindings) = (shared::Push { count, seed: SEED }, shared::Bindings { digests: &digests });
+        let (push, bindings) = (
+            shared::Push { count, seed: SEED, each: STORED / workgroup },
+            shared::Bindings { digests: &digests },
+        );
         recorder.dispatch(&self.shared, Threads(count as usize), &push, &bindings)?;
         let digests = recorder.download(&digests)?;
         let check = move |done: &Submitted| {
