@@ -115,9 +115,9 @@ mod tests {
         let first = Score { fault: None, rms: 1.0, smallest: 8.0, narrow: 0.04, quality: 0.8 };
         for (second, is_better) in [
             (Score { smallest: 20.0, narrow: 0.02, ..first }, true),
-            (Score { quality: 0.85, ..first }, true),
+            (Score { quality: 0.86, ..first }, true),
             (Score { quality: 0.84, ..first }, false),
-            (Score { quality: 0.85, rms: 1.01, ..first }, false),
+            (Score { quality: 0.86, rms: 1.01, ..first }, false),
             (Score { smallest: 7.0, narrow: 0.01, ..first }, false),
             (Score { smallest: 20.0, narrow: 0.03, ..first }, false),
             (Score { fault: Some(FaultKind::Missing), smallest: 20.0, narrow: 0.0, ..first }, false),
