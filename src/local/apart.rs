@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::star_mesh::StarMesh;
-use crate::mesh::intersections::{count_intersecting, intersecting_faces};
+use crate::mesh::intersections::{count_crossings, count_intersecting, intersecting_faces};
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, TriMesh};
 
@@ -28,19 +28,43 @@ impl StarMesh {
         })
     }
 
-    /// The triangles around the neighbours of some vertices.
-    pub fn around(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
+    /// The triangles around the neighbours of some vertices, ascending.
+    fn around(&self, vertices: &[u32]) -> Vec<u32> {
         let near = vertices.iter().flat_map(|v| self.neighbours(*v));
         let mut around: Vec<u32> = near.flat_map(|w| self.star[w as usize].iter().copied()).collect();
         around.sort_unstable();
         around.dedup();
-        around.into_iter().map(|t| self.triangles[t as usize]).collect()
+        around
     }
 
-    /// Whether no more triangles around `v` intersect once it is at `to`.
+    /// Whether no more pairs of triangles intersect around the neighbours of some vertices once triangles
+    /// there, `old`, are replaced by `new` ones, with vertices `at` new places. No other triangle has a
+    /// vertex that moves.
+    pub fn change_stays_apart(
+        &self,
+        centre: &[u32],
+        old: &[u32],
+        new: &[[u32; 3]],
+        at: impl Fn(u32) -> DVec3 + Copy + Sync,
+    ) -> bool {
+        let mut changed = old.to_vec();
+        changed.sort_unstable();
+        let others = self.around(centre).into_iter().filter(|t| changed.binary_search(t).is_err());
+        let others: Vec<[u32; 3]> = others.map(|t| self.triangles[t as usize]).collect();
+        // Mostly none do, and then those before need not be looked at.
+        let after = count_crossings(new, &others, at);
+        after == 0 || {
+            let old: Vec<[u32; 3]> = old.iter().map(|t| self.triangles[*t as usize]).collect();
+            after <= count_crossings(&old, &others, |v| self.points[v as usize])
+        }
+    }
+
+    /// Whether no more triangles around `v` intersect others once it is at `to`.
     pub fn stays_apart_at(&self, v: u32, to: DVec3) -> bool {
-        let around = self.around(&[v]);
-        self.stays_apart(&around, &around, |w| if w == v { to } else { self.points[w as usize] })
+        let star = &self.star[v as usize];
+        let triangles: Vec<[u32; 3]> = star.iter().map(|t| self.triangles[*t as usize]).collect();
+        let at = |w: u32| if w == v { to } else { self.points[w as usize] };
+        self.change_stays_apart(&[v], star, &triangles, at)
     }
 
     /// Whether no more of the triangles `after`, with their vertices `at` new places, intersect than of those

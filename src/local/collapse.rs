@@ -356,10 +356,20 @@ impl StarMesh {
     /// Whether no more triangles around intersect after the collapse.
     fn collapse_stays_apart(&self, collapse: &Collapse) -> bool {
         let Collapse { gone, kept, to, .. } = *collapse;
-        let before = self.around(&[gone, kept]);
-        let there = before.iter().filter(|t| !(t.contains(&gone) && t.contains(&kept)));
-        let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == gone { kept } else { w })).collect();
-        self.stays_apart(&before, &after, |w| if w == kept { to } else { self.points[w as usize] })
+        // Where one vertex takes the other's place, the triangles around that one stay.
+        let stays = to == self.points[kept as usize];
+        let old = if stays { self.star[gone as usize].clone() } else { self.around_edge(gone, kept) };
+        let of_kept = self.moved(kept, gone).filter(|_| !stays);
+        let moved = self.moved(gone, kept).chain(of_kept);
+        let new: Vec<[u32; 3]> = moved.map(|(_, t)| t.map(|w| if w == gone { kept } else { w })).collect();
+        let at = |w: u32| if w == kept { to } else { self.points[w as usize] };
+        self.change_stays_apart(&[gone, kept], &old, &new, at)
+    }
+
+    /// The triangles around the ends of an edge.
+    fn around_edge(&self, a: u32, b: u32) -> Vec<u32> {
+        let of_b = self.star[b as usize].iter().filter(|t| !self.triangles[**t as usize].contains(&a));
+        self.star[a as usize].iter().chain(of_b).copied().collect()
     }
 
     fn apply(&mut self, collapse: &Collapse) {

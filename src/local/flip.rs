@@ -65,7 +65,7 @@ impl StarMesh {
         };
         let points = ring.map(|v| self.points[v as usize]);
         if !is_flat(points)
-            && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d])))
+            && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d], [t, s])))
         {
             return false;
         }
@@ -98,12 +98,8 @@ impl StarMesh {
     }
 
     /// Whether no more triangles around intersect after the flip of a–b.
-    fn flip_stays_apart(&self, [a, b, c, d]: [u32; 4]) -> bool {
-        let before = self.around(&[a, b]);
-        let pair = |t: &&[u32; 3]| t.contains(&a) && t.contains(&b);
-        let mut after: Vec<[u32; 3]> = before.iter().filter(|t| !pair(t)).copied().collect();
-        after.extend([[d, c, a], [c, d, b]]);
-        self.stays_apart(&before, &after, |w| self.points[w as usize])
+    fn flip_stays_apart(&self, [a, b, c, d]: [u32; 4], pair: [u32; 2]) -> bool {
+        self.change_stays_apart(&[a, b], &pair, &[[d, c, a], [c, d, b]], |w| self.points[w as usize])
     }
 
     /// Half the decrease of the sum of squared differences to the ideal valences; `patch` is that of the two

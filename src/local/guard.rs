@@ -1,7 +1,8 @@
 //! Operations that are undone where they make triangles run into others.
 
 use super::star_mesh::StarMesh;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::NONE;
+use crate::mesh::intersections::{any_of_faces_intersects, intersecting_faces};
 use crate::{ProgressToken, Result, TriMesh};
 
 /// Maximum number of times that operations are repeated, each time with more vertices frozen.
@@ -25,13 +26,21 @@ impl Guard<'_> {
             return operations(mesh);
         }
         let before = mesh.clone();
-        let most = before.intersecting(self.progress)?.len();
+        // How many did before: counted on first use.
+        let mut most = None;
         let mut frozen = vec![false; before.points.len()];
         for _ in 0..TRIES {
             mesh.frozen.clone_from(&frozen);
             operations(mesh)?;
-            let intersecting = mesh.intersecting(self.progress)?;
             mesh.frozen.iter_mut().for_each(|frozen| *frozen = false);
+            if !mesh.runs_into_others(&before, self.progress)? {
+                return Ok(());
+            }
+            let intersecting = mesh.intersecting(self.progress)?;
+            let most = match most {
+                Some(most) => most,
+                None => *most.insert(before.intersecting(self.progress)?.len()),
+            };
             if intersecting.len() <= most {
                 return Ok(());
             }
@@ -48,6 +57,23 @@ impl Guard<'_> {
 }
 
 impl StarMesh {
+    /// Whether a triangle that is new or has moved since `before` intersects another one. If not, no more
+    /// intersect than before.
+    fn runs_into_others(&self, before: &Self, progress: &ProgressToken) -> Result<bool> {
+        let is_changed = |t: usize, triangle: [u32; 3]| {
+            before.triangles.get(t) != Some(&triangle) || before.corners(triangle) != self.corners(triangle)
+        };
+        let alive = (0..).zip(&self.triangles).filter(|(_, triangle)| triangle[0] != NONE);
+        let (changed, triangles): (Vec<bool>, Vec<[u32; 3]>) =
+            alive.map(|(t, triangle)| (is_changed(t, *triangle), *triangle)).unzip();
+        let changed: Vec<u32> = (0..).zip(changed).filter(|(_, changed)| *changed).map(|(k, _)| k).collect();
+        if changed.is_empty() {
+            return Ok(false);
+        }
+        let mesh = TriMesh { vertices: self.points.clone(), triangles };
+        any_of_faces_intersects(&mesh, &changed, progress)
+    }
+
     /// The vertices of triangles that intersect others, with repetitions.
     fn intersecting(&self, progress: &ProgressToken) -> Result<Vec<u32>> {
         let alive: Vec<[u32; 3]> = self.alive().collect();

@@ -13,6 +13,9 @@ use crate::{ProgressToken, Result};
 
 type Triangle = [DVec3; 3];
 
+/// Pairs of boxes from which on they are compared in parallel, as around the tip of a long needle.
+const PARALLEL: usize = 1 << 15;
+
 /// Beyond this share of the sum of its terms' sizes, the sign of a product is certain: that of three terms
 /// has an error of at most 5 times 2^-53.
 const ROUNDING: f64 = 1e-15;
@@ -60,6 +63,31 @@ pub(crate) fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32>
     let hits = Hits::of(&mesh);
     pairs.par_iter().for_each(|[s, t]| hits.look_at(*s, *t));
     hits.faces()
+}
+
+/// Whether one of the faces `some` intersects any other face of the mesh, as [`intersecting_faces`] has it.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn any_of_faces_intersects(
+    mesh: &TriMesh,
+    some: &[u32],
+    progress: &ProgressToken,
+) -> Result<bool> {
+    progress.poll()?;
+    let mesh = scaled(mesh);
+    let at = |v: u32| mesh.vertices[v as usize];
+    let triangles = some.iter().map(|t| mesh.triangles[*t as usize]).collect();
+    let tree = Bvh::new(&TriMesh { vertices: mesh.vertices.clone(), triangles });
+    let runs_into_some = |t: usize| {
+        let (face, mut found) = (mesh.triangles[t], false);
+        tree.overlapping(&Aabb::of(face.map(at)), |k| {
+            let s = some[k as usize] as usize;
+            found = found || (s != t && faces_intersect(mesh.triangles[s], face, at));
+        });
+        found
+    };
+    Ok((0..mesh.triangles.len()).into_par_iter().any(runs_into_some))
 }
 
 /// The mesh times a power of two, which changes no answer and keeps the products in the predicates within
@@ -113,6 +141,26 @@ pub(crate) fn count_intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVe
         }
     }
     hit.into_iter().filter(|hit| *hit).count()
+}
+
+/// How many pairs of triangles, two of `some` or one of them and one of `others`, intersect as
+/// [`intersecting_faces`] has it. `at` is where the vertices are. Takes their product in time.
+pub(crate) fn count_crossings(
+    some: &[[u32; 3]],
+    others: &[[u32; 3]],
+    at: impl Fn(u32) -> DVec3 + Copy + Sync,
+) -> usize {
+    let boxes = |list: &[[u32; 3]]| list.iter().map(|t| Aabb::of(t.map(at))).collect::<Vec<Aabb>>();
+    let (of_some, of_others) = (boxes(some), boxes(others));
+    let with = |s: usize, list: &[[u32; 3]], boxes: &[Aabb]| {
+        let near = list.iter().zip(boxes).filter(|(_, bounds)| of_some[s].overlaps(bounds));
+        near.filter(|(t, _)| faces_intersect(some[s], **t, at)).count()
+    };
+    let of = |s: usize| with(s, &some[..s], &of_some[..s]) + with(s, others, &of_others);
+    if some.len() * (some.len() + others.len()) < PARALLEL {
+        return (0..some.len()).map(of).sum();
+    }
+    (0..some.len()).into_par_iter().map(of).sum()
 }
 
 /// Whether one of a few triangles with the indices `some` intersects any other of them, as
@@ -374,6 +422,15 @@ mod tests {
             assert!(all > 0, "{vertices} vertices");
             assert_eq!([one_by_one, count_intersecting(&triangles, at)], [all; 2]);
             assert!(!any_intersects(&triangles, &[], at));
+            let (some, others) = triangles.split_at(5);
+            let pair = |s: usize, t: usize| faces_intersect(triangles[s], triangles[t], at);
+            let pairs = (0..5).flat_map(|s| (0..s).chain(5..12).map(move |t| (s, t)));
+            let crossings = pairs.filter(|(s, t)| pair(*s, *t)).count();
+            assert_eq!(count_crossings(some, others, at), crossings);
+            for t in 0..12 {
+                let any = any_of_faces_intersects(&mesh, &[t as u32], &ProgressToken::default()).unwrap();
+                assert_eq!(any, any_intersects(&triangles, &[t], at));
+            }
         }
     }
 }

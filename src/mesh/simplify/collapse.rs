@@ -3,7 +3,7 @@
 use super::flip::flip;
 use super::graph::Graph;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
-use crate::mesh::intersections::{count_intersecting, intersecting_faces};
+use crate::mesh::intersections::count_crossings;
 use crate::mesh::topology::topology;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
@@ -39,8 +39,6 @@ const MANY: usize = 20_000;
 /// Limits are left out for a number below what the topology needs, if at most this many times that need are
 /// left.
 const NEAR_NEED: usize = 4;
-/// Triangles up to which each is compared with each.
-const EACH_WITH_EACH: usize = 150;
 
 #[derive(Clone, Copy)]
 struct Limits {
@@ -159,7 +157,7 @@ impl<'a> Collapser<'a> {
             let keeps = versions == current
                 && self.keeps_shape(v, u, limits)
                 && self.keeps_topology(v, u)
-                && (!(limits.apart || self.graph.used < FEW) || self.stays_apart(v, u)?);
+                && (!(limits.apart || self.graph.used < FEW) || self.stays_apart(v, u));
             if !keeps {
                 continue;
             }
@@ -238,36 +236,23 @@ impl<'a> Collapser<'a> {
         })
     }
 
-    /// Whether no more triangles around intersect once `v` is at `u`.
-    fn stays_apart(&self, v: u32, u: u32) -> Result<bool> {
+    /// Whether no more pairs of triangles around intersect or are folded once `v` is at `u`.
+    fn stays_apart(&self, v: u32, u: u32) -> bool {
         let graph = &self.graph;
         let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
         let mut around: Vec<u32> = near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
         around.sort_unstable();
         around.dedup();
-        let before: Vec<[u32; 3]> = around.iter().map(|t| graph.triangles[*t as usize]).collect();
-        let there = before.iter().filter(|t| !(t.contains(&v) && t.contains(&u)));
-        let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
+        let triangles = around.into_iter().map(|t| graph.triangles[t as usize]);
+        let (old, others): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(|t| t.contains(&v));
+        let new: Vec<[u32; 3]> = self.moved(v, u).map(|(_, triangle)| triangle).collect();
+        let at = |w: u32| graph.points[w as usize];
+        let count = |some: &[[u32; 3]]| {
+            count_crossings(some, &others, at) + folded(&[some, others.as_slice()].concat(), at)
+        };
         // Mostly none do, and then those before need not be looked at.
-        let after = self.intersecting(&after)?;
-        Ok(after == 0 || after <= self.intersecting(&before)?)
-    }
-
-    /// How many of these triangles intersect others of them, with the edges that are folded.
-    fn intersecting(&self, triangles: &[[u32; 3]]) -> Result<usize> {
-        if triangles.len() <= EACH_WITH_EACH {
-            let at = |v: u32| self.graph.points[v as usize];
-            return Ok(count_intersecting(triangles, at) + folded(triangles, at));
-        }
-        let mut order: Vec<u32> = triangles.as_flattened().to_vec();
-        order.sort_unstable();
-        order.dedup();
-        let vertices = order.iter().map(|v| self.graph.points[*v as usize]).collect();
-        let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
-        let triangles = triangles.iter().map(|t| t.map(number)).collect();
-        let mesh = TriMesh { vertices, triangles };
-        let at = |v: u32| mesh.vertices[v as usize];
-        Ok(intersecting_faces(&mesh, self.progress)?.len() + folded(&mesh.triangles, at))
+        let after = count(&new);
+        after == 0 || after <= count(&old)
     }
 
     fn apply(&mut self, v: u32, u: u32) {
