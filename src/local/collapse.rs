@@ -20,7 +20,7 @@ const CAPS: [(f64, usize); 8] =
     [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
 /// Edges up to this length may take a corner along where angles are mended, in target lengths.
 const CORNERS: f64 = 0.05;
-/// Collapses between two looks at whether to go on.
+/// Edges between two looks at whether to go on.
 const BETWEEN_POLLS: u32 = 256;
 
 /// What a collapse must not do.
@@ -76,6 +76,13 @@ impl Limits {
             corners: CORNERS,
             ..Self::regular(length)
         }
+    }
+
+    /// Where samples of the surface tell what may go, within a tolerance: `loose` for an exact number.
+    pub fn close(length: f64, tolerance: f64, loose: bool) -> Self {
+        let (cosine, height, longest) = if loose { (0.0, 0.01, f64::INFINITY) } else { (0.3, 0.1, 1.6) };
+        let deviation = tolerance / length;
+        Self { length, cosine, height, longest, distance: f64::INFINITY, deviation, corners: 0.0 }
     }
 
     /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.
@@ -149,7 +156,8 @@ impl StarMesh {
         Ok(())
     }
 
-    fn collapse_edges(
+    /// Collapses edges shorter than `shortest` until there are `count` vertices, the shortest first.
+    pub fn collapse_edges(
         &mut self,
         shortest: f64,
         count: usize,
@@ -169,13 +177,13 @@ impl StarMesh {
             if !self.has_edge(a, b) || self.relative_length(a, b).to_bits() != bits {
                 continue;
             }
-            let Some(kept) = self.collapse_edge(a, b, limits, polylines) else { continue };
-            for w in self.neighbours(kept) {
-                edges.extend(entry(self, kept, w));
-            }
             polls += 1;
             if polls % BETWEEN_POLLS == 0 {
                 progress.poll()?;
+            }
+            let Some(kept) = self.collapse_edge(a, b, limits, polylines) else { continue };
+            for w in self.neighbours(kept) {
+                edges.extend(entry(self, kept, w));
             }
         }
         Ok(())
@@ -188,7 +196,7 @@ impl StarMesh {
         let keeps = self.keeps_shape(&collapse, limits)
             && self.keeps_topology(collapse.gone, collapse.kept)
             && (self.collapse_turns_little(&collapse) || self.collapse_stays_apart(&collapse));
-        if !keeps {
+        if !keeps || !self.collapse_stays_close(&collapse) {
             return None;
         }
         self.apply(&collapse);
@@ -366,6 +374,17 @@ impl StarMesh {
         self.change_stays_apart(&[gone, kept], &old, &new, at)
     }
 
+    fn collapse_stays_close(&self, collapse: &Collapse) -> bool {
+        if self.samples.is_none() {
+            return true;
+        }
+        let Collapse { gone, kept, to, .. } = *collapse;
+        let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
+        let moved = self.moved(gone, kept).chain(self.moved(kept, gone));
+        let new: Vec<[DVec3; 3]> = moved.map(|(_, triangle)| triangle.map(at)).collect();
+        self.stays_close(&self.around_edge(gone, kept), &new)
+    }
+
     /// The triangles around the ends of an edge.
     fn around_edge(&self, a: u32, b: u32) -> Vec<u32> {
         let of_b = self.star[b as usize].iter().filter(|t| !self.triangles[**t as usize].contains(&a));
@@ -390,6 +409,7 @@ impl StarMesh {
         if self.places[gone as usize] == Place::Corner {
             self.places[kept as usize] = Place::Corner;
         }
+        let old = if self.samples.is_some() { self.around_edge(gone, kept) } else { Vec::new() };
         let dead: Vec<u32> = self.at_edge(gone, kept).collect();
         dead.into_iter().for_each(|t| self.remove_triangle(t));
         let moved: Vec<(u32, [u32; 3])> = self.moved(gone, kept).collect();
@@ -401,6 +421,10 @@ impl StarMesh {
         }
         self.points[kept as usize] = to;
         self.count_removed_vertex();
+        if self.samples.is_some() {
+            let around = self.star[kept as usize].clone();
+            self.pass_samples(&old, &around);
+        }
     }
 }
 

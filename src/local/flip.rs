@@ -69,8 +69,13 @@ impl StarMesh {
         {
             return false;
         }
-        self.replace(t, [d, c, a]);
-        self.replace(s, [c, d, b]);
+        let new = [[d, c, a], [c, d, b]];
+        if !self.stays_close(&[t, s], &new.map(|triangle| self.corners(triangle))) {
+            return false;
+        }
+        self.replace(t, new[0]);
+        self.replace(s, new[1]);
+        self.pass_samples(&[t, s], &[t, s]);
         true
     }
 

@@ -7,6 +7,7 @@
 //! Dunyach et al., "Adaptive remeshing for real-time mesh deformation", Eurographics 2013.
 
 mod apart;
+mod close;
 mod collapse;
 mod curve_edges;
 mod curves;
@@ -17,6 +18,7 @@ mod part;
 mod relax;
 mod split;
 mod star_mesh;
+mod surface_samples;
 
 use crate::mesh::features::{Curve, CurveKind, Features};
 use crate::mesh::polyline::Polyline;
@@ -29,6 +31,7 @@ use glam::DVec3;
 use guard::Guard;
 pub use mend::{MendOptions, Mended, mend_angles};
 use star_mesh::{Place, StarMesh};
+use surface_samples::SurfaceSamples;
 
 /// Edges longer than this are split, in target lengths.
 const LONG: f64 = 1.25;
@@ -101,11 +104,27 @@ impl<'a> LocalSurface<'a> {
         (lengths, count): (&'a [f64], usize),
         progress: &ProgressToken,
     ) -> Result<Self> {
+        Self::start(surface, features, (lengths, count), None, progress)
+    }
+
+    /// Like [`LocalSurface::new`]; with a tolerance in spacings, samples keep the mesh close to the surface.
+    fn start(
+        surface: &'a TriMesh,
+        features: &Features,
+        (lengths, count): (&'a [f64], usize),
+        tolerance: Option<f64>,
+        progress: &ProgressToken,
+    ) -> Result<Self> {
         let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, lengths)).sum();
         let polylines = polylines(surface, features);
         let mut mesh = StarMesh::new(surface, features, &polylines, lengths);
         let spacing = spacing(area, count);
         if spacing > 0.0 && spacing.is_finite() {
+            mesh.samples = tolerance.map(|tolerance| {
+                let mut samples = SurfaceSamples::new(surface, count, spacing);
+                samples.tolerance = tolerance * spacing;
+                samples
+            });
             // Long needles, as in CAD models, are flipped away where the surface is flat, then cut up.
             mesh.flip(progress)?;
             for factor in COARSE {
@@ -182,7 +201,13 @@ impl<'a> LocalSurface<'a> {
             length = length.clamp(LEAST * spacing, options.longest * spacing);
         }
         mesh.collapse_to(count, spacing, polylines, guard)?;
-        mesh.split_to(count, polylines);
+        self.finished(mesh, target, guard)
+    }
+
+    /// The mesh with as many vertices as wanted, if it has fewer, and with a last relaxation.
+    fn finished(&self, mut mesh: StarMesh, target: &Target, guard: Guard) -> Result<ConstrainedMesh> {
+        let (polylines, progress) = (&self.polylines, guard.progress);
+        mesh.split_to(self.count, polylines);
         guard.run(&mut mesh, |mesh| {
             for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
                 mesh.flip(progress)?;
@@ -190,7 +215,7 @@ impl<'a> LocalSurface<'a> {
             }
             Ok(())
         })?;
-        mesh.refresh_sizes(surface, target, lengths);
+        mesh.refresh_sizes(self.surface, target, self.lengths);
         Ok(mesh.into_constrained(polylines))
     }
 

@@ -64,8 +64,9 @@ impl StarMesh {
             let Some(to) = target.closest(goal, up, patch, rank) else { return };
             if !self.folds(v, to, normal)
                 && (left > FLAT || self.turns_little_at(v, to) || self.stays_apart_at(v, to))
+                && self.stays_close_at(v, to)
             {
-                self.points[v as usize] = to;
+                self.move_to(v, to);
                 return;
             }
         }
@@ -149,8 +150,8 @@ impl StarMesh {
                 let limit = MAX_DEVIATION * (new.to - new.from).abs();
                 new.deviation(polylines) > limit.max(part.deviation(polylines))
             });
-            if !cuts_off && !self.folds(v, to, DVec3::ZERO) {
-                self.points[v as usize] = to;
+            if !cuts_off && !self.folds(v, to, DVec3::ZERO) && self.stays_close_at(v, to) {
+                self.move_to(v, to);
                 self.curves.insert(v, w, moved(there));
                 self.curves.insert(v, x, moved(other));
                 return;

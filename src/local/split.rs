@@ -74,11 +74,15 @@ impl StarMesh {
             }
         };
         let triangles: Vec<u32> = self.at_edge(a, b).collect();
-        for t in triangles {
+        for t in triangles.iter().copied() {
             let old = self.triangles[t as usize];
             let patch = self.patches[t as usize];
             self.replace(t, old.map(|v| if v == b { middle } else { v }));
             self.add_triangle(old.map(|v| if v == a { middle } else { v }), patch);
+        }
+        if self.samples.is_some() {
+            let around = self.star[middle as usize].clone();
+            self.pass_samples(&triangles, &around);
         }
         middle
     }

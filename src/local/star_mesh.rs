@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 
 use super::curve_edges::{CurveEdges, CurvePart};
+use super::surface_samples::SurfaceSamples;
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::features::Features;
@@ -44,6 +45,9 @@ pub(super) struct StarMesh {
     pub ranks: Vec<usize>,
     /// Vertices that stay where they are, with the triangles around them.
     pub frozen: Vec<bool>,
+    /// What keeps the mesh close to its surface; `None` if each operation has only to keep the shape as it
+    /// is.
+    pub samples: Option<SurfaceSamples>,
     pub(super) used: usize,
 }
 
@@ -75,6 +79,7 @@ impl StarMesh {
             places,
             curves,
             sizes: lengths.to_vec(),
+            samples: None,
             used,
         }
     }
@@ -117,6 +122,7 @@ impl StarMesh {
             places,
             curves,
             sizes: lengths.clone(),
+            samples: None,
         }
     }
 

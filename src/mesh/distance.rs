@@ -110,6 +110,30 @@ pub fn distances_sampled(
     measure(mesh, reference, DEFAULT_ACCURACY, samples, progress)
 }
 
+/// The root mean square distance between two meshes in a common frame and unit, the larger of both ways: of
+/// `samples` samples on the edges and as many on the faces of either mesh.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub(crate) fn rms_distance(
+    mesh: &TriMesh,
+    reference: &TriMesh,
+    samples: usize,
+    progress: &ProgressToken,
+) -> Result<f64> {
+    let (mesh_bvh, reference_bvh) = rayon::join(|| Bvh::new(mesh), || Bvh::new(reference));
+    let one_way = |from: &TriMesh, from_bvh: &Bvh, to: &Bvh| {
+        let distance_sq =
+            |p: DVec3, rank: &mut usize| to.closest_from(p, rank).map(|found| found.distance_sq);
+        Samples::new(from, from_bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
+    };
+    let (to, from) = rayon::join(
+        || one_way(mesh, &mesh_bvh, &reference_bvh),
+        || one_way(reference, &reference_bvh, &mesh_bvh),
+    );
+    Ok(to?.max(from?))
+}
+
 /// Checks that Hausdorff distances can be this accurate.
 ///
 /// # Errors

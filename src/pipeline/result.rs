@@ -42,7 +42,7 @@ pub struct Summary {
     /// has none.
     pub input_self_intersecting_faces: Option<usize>,
     /// Components that were remeshed by local operations or simplified: they had too few vertices for cells,
-    /// or cells did not give their topology.
+    /// or cells did not give their topology or their shape.
     pub collapsed_components: usize,
     /// What was unusual about the input, and what was done about it.
     pub remarks: Vec<String>,

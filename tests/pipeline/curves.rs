@@ -1,6 +1,6 @@
 //! Whole runs of the default pipeline on surfaces with creases, boundaries and non-manifold edges.
 
-use crate::support::shapes::{gear, moved, plane, prism, regular, union};
+use crate::support::shapes::{gear, moved, plane, prism, regular, studs, union};
 use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::features::{FeatureLine, FeatureOptions, find_features, spacing_of};
@@ -155,5 +155,16 @@ fn a_gear_keeps_its_teeth_where_its_creases_need_most_of_the_vertices() {
         let output = run(&gear, &Options::new(vertices)).summary.output;
         assert!(output.distances.as_ref().unwrap().hausdorff < 1.5, "{vertices}: {:?}", output.distances);
         assert!(output.quality.min_angle > 25.0, "{vertices}: {:?}", output.quality);
+    }
+}
+
+#[test]
+fn studs_narrower_than_an_edge_do_not_melt() {
+    for (width, height) in [(0.06, 0.06), (0.04, 0.08)] {
+        let plate = studs(5, width, height);
+        for vertices in [250, 400] {
+            let distances = run(&plate, &Options::new(vertices)).summary.output.distances.unwrap();
+            assert!(distances.hausdorff < 1.0, "{width}, {vertices}: {distances:?}");
+        }
     }
 }

@@ -192,3 +192,52 @@ pub fn regular(sides: u32) -> Vec<[f64; 2]> {
     let angle = |k: u32| TAU * f64::from(k) / f64::from(sides);
     (0..sides).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
 }
+
+/// A closed plate with square studs on it, `across` of them in each direction, of this width and height; the
+/// plate's sides are 1, and 0.1.
+pub fn studs(across: u32, width: f64, height: f64) -> TriMesh {
+    const THICK: f64 = 0.1;
+    let mut lines = vec![0.0];
+    for k in 0..across {
+        let middle = (f64::from(k) + 0.5) / f64::from(across);
+        lines.extend([middle - 0.5 * width, middle + 0.5 * width]);
+    }
+    lines.push(1.0);
+    let mut vertices: Vec<DVec3> = Vec::new();
+    let mut triangles = Vec::new();
+    let mut add = |corners: [[f64; 3]; 4]| {
+        let [a, b, c, d] = corners.map(DVec3::from).map(|p| {
+            let known = vertices.iter().position(|q| *q == p);
+            known.unwrap_or_else(|| {
+                vertices.push(p);
+                vertices.len() - 1
+            }) as u32
+        });
+        triangles.extend([[a, b, c], [a, c, d]]);
+    };
+    let mut side = |[a, b]: [[f64; 2]; 2], low: f64, high: f64| {
+        add([[a[0], a[1], low], [b[0], b[1], low], [b[0], b[1], high], [a[0], a[1], high]]);
+    };
+    let cells = || (0..lines.len() - 1).flat_map(|i| (0..lines.len() - 1).map(move |j| [i, j]));
+    let ring = |[i, j]: [usize; 2]| {
+        let (x, y) = ([lines[i], lines[i + 1]], [lines[j], lines[j + 1]]);
+        [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]]
+    };
+    let is_stud = |[i, j]: [usize; 2]| i % 2 == 1 && j % 2 == 1;
+    for ring in cells().filter(|cell| is_stud(*cell)).map(ring) {
+        (0..4).for_each(|k| side([ring[k], ring[(k + 1) % 4]], THICK, THICK + height));
+    }
+    for pair in lines.windows(2) {
+        let [a, b] = [pair[0], pair[1]];
+        for edge in [[[a, 0.0], [b, 0.0]], [[b, 1.0], [a, 1.0]], [[0.0, b], [0.0, a]], [[1.0, a], [1.0, b]]] {
+            side(edge, 0.0, THICK);
+        }
+    }
+    for cell in cells() {
+        let [a, b, c, d] = ring(cell);
+        let top = if is_stud(cell) { THICK + height } else { THICK };
+        add([a, b, c, d].map(|[x, y]| [x, y, top]));
+        add([d, c, b, a].map(|[x, y]| [x, y, 0.0]));
+    }
+    TriMesh { vertices, triangles }
+}

@@ -226,7 +226,11 @@ impl Attempts<'_> {
         let first = runner.with_shorter_edges(first, vertices)?;
         let first = runner.with_round_facets(first, vertices)?;
         let first = self.without_fault(first, &mut runner, &fallback, (features, vertices))?;
-        runner.with_coarser_features(first, vertices).and_then(|outcome| self.accepted(outcome))
+        let outcome = match runner.closer(&first, &fallback, (features, vertices))? {
+            Some(closer) => closer,
+            None => runner.with_coarser_features(first, vertices)?,
+        };
+        self.accepted(outcome)
     }
 
     /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.

@@ -75,15 +75,22 @@ impl Runner<'_, '_> {
     fn may_be_coarser(&self, first: &Outcome, vertices: usize) -> bool {
         let plan = self.shared.context.plan;
         let is_free = !plan.has_kept() && plan.pinned.vertices.is_empty();
-        let is_small = first.vertices == vertices && vertices <= MOST_VERTICES;
-        is_free && is_small && quality(&first.mesh).is_some_and(|q| q.fraction_below_30 <= NEARLY_ALL)
+        is_free
+            && is_small(first, vertices)
+            && quality(&first.mesh).is_some_and(|q| q.fraction_below_30 <= NEARLY_ALL)
     }
 
-    fn score_of(&mut self, outcome: &Outcome) -> Result<Score> {
+    pub(super) fn score_of(&mut self, outcome: &Outcome) -> Result<Score> {
         let surface = self.shared.context.surface.mesh();
         let fault = outcome.fault.as_ref();
         self.progress.during(|progress| Score::of(&outcome.mesh, fault, &surface, progress))
     }
+}
+
+/// Whether a mesh has the number of vertices that were asked for, and so few that it may be made again for
+/// its shape.
+pub(super) fn is_small(first: &Outcome, vertices: usize) -> bool {
+    first.vertices == vertices && vertices <= MOST_VERTICES
 }
 
 /// Whether a mesh has narrow triangles, or a fault for which it may be refused.

@@ -2,9 +2,10 @@
 
 use super::improve::{Improved, Reporting};
 use super::level_mesh::{LevelMesh, LevelSites};
-use super::score::{Score, rms};
+use super::score::Score;
 use super::shared::CoarseToFine;
 use crate::mesh::half_edges::EdgeTable;
+use crate::pipeline::fallback::closer::rms;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::FaultKind;
 use crate::polish::{FEW_ROUNDS, PulledSite, pull_sites};

@@ -1,12 +1,9 @@
 //! What meshes of the same surface are compared by.
 
-use crate::mesh::distance::distances_sampled;
 use crate::mesh::quality::quality;
+use crate::pipeline::fallback::closer::rms;
 use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::{ProgressToken, Result, TriMesh};
-
-/// Sample points of distances for each vertex.
-const SAMPLES: usize = 8;
 
 /// Figures of a mesh.
 #[derive(Debug, Clone, Copy)]
@@ -42,12 +39,4 @@ impl Score {
             quality: quality.map_or(0.0, |quality| quality.mean_quality),
         })
     }
-}
-
-/// The root mean square distance between a mesh and a surface, the larger of both directions, from samples.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub(super) fn rms(mesh: &TriMesh, surface: &TriMesh, progress: &ProgressToken) -> Result<f64> {
-    Ok(distances_sampled(mesh, surface, SAMPLES * mesh.vertices.len(), progress)?.rms)
 }

@@ -95,9 +95,34 @@ impl Fallback<'_> {
         vertices: usize,
         progress: &ProgressToken,
     ) -> Result<Outcome> {
+        self.remeshed(features, &self.component_target(vertices, progress), progress)
+    }
+
+    /// Like [`Fallback::whole`], but close to the surface, whatever that costs in evenness; components for
+    /// which that fails are simplified.
+    ///
+    /// # Errors
+    /// As [`Fallback::whole`].
+    pub fn whole_closely(
+        &self,
+        features: FeatureSummary,
+        vertices: usize,
+        progress: &ProgressToken,
+    ) -> Result<Outcome> {
+        let target = ComponentTarget { closely: true, ..self.component_target(vertices, progress) };
+        self.remeshed(features, &target, progress)
+    }
+
+    fn remeshed(
+        &self,
+        features: FeatureSummary,
+        target: &ComponentTarget,
+        progress: &ProgressToken,
+    ) -> Result<Outcome> {
+        let vertices = target.vertices;
         let surface = self.context.surface.mesh();
         let components = Components::new(&surface);
-        let mesh = components.remesh(&surface, &self.component_target(vertices, progress))?;
+        let mesh = components.remesh(&surface, target)?;
         let outcome = Outcome {
             simplified_components: components.count(),
             features: Some(features),

@@ -2,6 +2,7 @@
 //! topology with any number of vertices, at the price of somewhat less even triangles.
 
 mod allot;
+pub(crate) mod closer;
 pub(crate) mod components;
 pub(crate) mod faulty;
 pub(crate) mod remesh;

@@ -1,5 +1,6 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
+use super::closer::Closer;
 use crate::local::{LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
@@ -35,6 +36,8 @@ pub(crate) struct ComponentTarget<'a> {
     pub spacing: f64,
     /// From the input's units to those of the component.
     pub frame: &'a UnitFrame,
+    /// Whether a mesh that is close to the surface, however uneven, comes first: see [`Closer`].
+    pub closely: bool,
     /// Over the whole surface; `None` if edges are equally long everywhere.
     pub sizes: Option<&'a SizeField>,
     pub progress: &'a ProgressToken,
@@ -58,6 +61,7 @@ impl<'a> ComponentTarget<'a> {
             min_angle: method.min_angle,
             spacing,
             frame,
+            closely: false,
             sizes: None,
             progress,
         }
@@ -167,8 +171,13 @@ fn remesh_locally(
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
-    let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let before = Before::new(surface, before);
+    let closer = Closer { before: &before, features: &features, lengths, on: &on, target };
+    if target.closely {
+        let made = closer.made(false, progress)?;
+        return made.map(|made| mend_component(made, &before.topology, &on, target, progress)).transpose();
+    }
+    let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let mut best: Option<(f64, ConstrainedMesh)> = None;
     let handles = before.topology.euler.unsigned_abs() as usize / 2;
     let has_many_handles = before.topology.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
@@ -201,13 +210,17 @@ fn remesh_locally(
         }
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
-    best.map(|(_, local)| mend_component(local, &before.topology, &on, target, progress)).transpose()
+    let Some((_, mut local)) = best else { return Ok(None) };
+    if let Some(closer) = closer.than(&local.mesh, guarded, progress)? {
+        local = closer;
+    }
+    mend_component(local, &before.topology, &on, target, progress).map(Some)
 }
 
 /// What a mesh made of a surface is compared with.
-struct Before<'a> {
-    surface: &'a TriMesh,
-    topology: Topology,
+pub(super) struct Before<'a> {
+    pub surface: &'a TriMesh,
+    pub topology: Topology,
     /// Faces of the surface that intersect others, found when they are first asked for: mostly a mesh has
     /// none. `None` if there are none.
     intersecting: OnceCell<Option<Bvh>>,
@@ -264,7 +277,7 @@ fn well_shaped(
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
 /// first.
-fn left_out(
+pub(super) fn left_out(
     surface: &TriMesh,
     mesh: &TriMesh,
     lengths: &[f64],
@@ -298,7 +311,7 @@ fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3>
 
 /// A mesh made by local operations, polished as far as its faces do not intersect more than the surface's:
 /// where they would, vertices stay. `None` if they do so from the beginning.
-fn polish_component(
+pub(super) fn polish_component(
     local: ConstrainedMesh,
     before: &Before,
     on: &Target,

@@ -1,0 +1,119 @@
+//! A component that melts where its edges are to be even, made again by operations that keep it close to its
+//! surface.
+
+use super::remesh::{Before, ComponentTarget, left_out, polish_component};
+use crate::local::LocalSurface;
+use crate::mesh::distance::rms_distance;
+use crate::mesh::features::Features;
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::quality::quality;
+use crate::mesh::spacing;
+use crate::mesh::triangle::doubled_normal;
+use crate::pipeline::outcome::SLIVER;
+use crate::polish::{ConstrainedMesh, Target};
+use crate::{ProgressToken, Result, TriMesh};
+
+/// A mesh has melted if its root mean square distance from the surface is larger, in edge lengths.
+pub(crate) const MELTED: f64 = 0.04;
+/// That of a closer one is at most this many times as large.
+pub(crate) const CLOSER: f64 = 0.6;
+/// Meshes of more vertices are not made, nor of surfaces with [`MOST_OF_SURFACE`], since that takes long.
+const MOST_VERTICES: usize = 10_000;
+/// See [`MOST_VERTICES`].
+const MOST_OF_SURFACE: usize = 100_000;
+/// Samples of distances for each vertex.
+const SAMPLES: usize = 8;
+/// Vertices stay in the polish where an edge turns by more than this many degrees: what is no curve would be
+/// rounded.
+const BENT: f64 = 40.0;
+
+/// What a component is made again from.
+pub(super) struct Closer<'a> {
+    pub before: &'a Before<'a>,
+    pub features: &'a Features,
+    /// Relative target edge lengths at the vertices; empty if they are all equal.
+    pub lengths: &'a [f64],
+    /// The surface in the patches of its features.
+    pub on: &'a Target,
+    pub target: &'a ComponentTarget<'a>,
+}
+
+impl Closer<'_> {
+    /// A mesh that is much closer to the surface than one that has melted, and has no more faults;
+    /// `None` if there is none, the mesh is close enough, or edges are not to be equally long.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn than(
+        &self,
+        mesh: &TriMesh,
+        guarded: bool,
+        progress: &ProgressToken,
+    ) -> Result<Option<ConstrainedMesh>> {
+        let (surface, vertices) = (self.before.surface, self.target.vertices);
+        let is_small = vertices <= MOST_VERTICES && surface.vertices.len() <= MOST_OF_SURFACE;
+        let may_be = is_small && self.lengths.is_empty() && self.target.feature_angle < 180.0;
+        if !may_be || progress.leave_out() {
+            return Ok(None);
+        }
+        let melted = rms(mesh, surface, progress)?;
+        if melted <= MELTED * spacing(surface.area(), vertices) {
+            return Ok(None);
+        }
+        let Some(made) = self.made(guarded, progress)? else { return Ok(None) };
+        let farthest = |mesh: &TriMesh| -> Result<f64> {
+            let left_out = left_out(surface, mesh, self.lengths, self.target.spacing, progress)?;
+            Ok(left_out.first().map_or(0.0, |(distance, _)| *distance))
+        };
+        let smallest = |mesh: &TriMesh| quality(mesh).map_or(0.0, |quality| quality.min_angle);
+        let is_better = rms(&made.mesh, surface, progress)? <= CLOSER * melted
+            && farthest(&made.mesh)? <= farthest(mesh)?
+            && smallest(&made.mesh) >= smallest(mesh).min(SLIVER);
+        Ok(is_better.then_some(made))
+    }
+
+    /// A polished mesh that is close to the surface; `None` if there is none. If `guarded`, the first try is
+    /// guarded, too; otherwise only a second one, after new intersections.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn made(&self, guarded: bool, progress: &ProgressToken) -> Result<Option<ConstrainedMesh>> {
+        let Self { before, features, lengths, on, target } = *self;
+        let start = LocalSurface::new_close(before.surface, features, (lengths, target.vertices), progress)?;
+        for guarded in [guarded, true] {
+            let mut local = start.remeshed_closely(on, guarded, progress)?;
+            // Other than those if the work is to finish early.
+            if local.mesh.vertices.len() != target.vertices {
+                break;
+            }
+            let fixed = local.fixed.clone();
+            fix_bent(&mut local);
+            if let Some(polished) = polish_component(local, before, on, target, progress)? {
+                return Ok(Some(ConstrainedMesh { fixed, ..polished }));
+            }
+            if guarded || progress.leave_out() {
+                break;
+            }
+        }
+        Ok(None)
+    }
+}
+
+/// The root mean square distance of a mesh from a surface in the same frame.
+pub(crate) fn rms(mesh: &TriMesh, surface: &TriMesh, progress: &ProgressToken) -> Result<f64> {
+    rms_distance(mesh, surface, SAMPLES * mesh.vertices.len(), progress)
+}
+
+/// Fixes the vertices of edges that turn by much.
+fn fix_bent(local: &mut ConstrainedMesh) {
+    let mesh = &local.mesh;
+    let normal = |edge: &HalfEdge| doubled_normal(mesh.corners(edge.triangle())).normalize_or_zero();
+    let least = BENT.to_radians().cos();
+    for edge in EdgeTable::new(&mesh.triangles).edges() {
+        if let [one, two] = edge
+            && normal(one).dot(normal(two)) < least
+        {
+            <[u32; 2]>::from(one.ends()).iter().for_each(|v| local.fixed[*v as usize] = true);
+        }
+    }
+}
