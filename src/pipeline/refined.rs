@@ -82,21 +82,17 @@ impl Refined {
             let allowed = places.iter().map(allowed).fold(f64::INFINITY, f64::min);
             whole.size((a, b), allowed)
         };
+        // Found out before edges are halved for it, since that takes long.
+        if vertices.is_none() && least_vertices(&places, repaired) >= f64::from(u32::MAX) {
+            return Err(too_short());
+        }
         let most = repaired.mesh.triangles.len() + MOST_HALVED * vertices.unwrap_or(ROOM);
         let halved = halve_edges(&repaired.mesh, (1.0, &size), most, progress)?;
         let now = halved.as_ref().map_or(&repaired.mesh, |halved| &halved.mesh);
         if 2 * now.triangles.len() > most && is_coarse(now, size) {
-            let (problem, remedy) = match vertices {
-                Some(vertices) => (
-                    format!("the lengths of `refine` need far more than {vertices} vertices"),
-                    "ask for more vertices, or for longer edges",
-                ),
-                None => (
-                    "the lengths of `refine` are too short: they need millions of vertices".to_owned(),
-                    "give longer ones",
-                ),
-            };
-            return Err(Error::option("refine", problem, remedy));
+            let Some(vertices) = vertices else { return Err(too_short()) };
+            let problem = format!("the lengths of `refine` need far more than {vertices} vertices");
+            return Err(Error::option("refine", problem, "ask for more vertices, or for longer edges"));
         }
         let mut undivided = None;
         if let Some(Halved { mesh, origin, halves }) = halved {
@@ -280,6 +276,24 @@ pub(crate) fn refined_vertices(repaired: &Repaired, options: &Options, outside: 
         return Err(Error::usage(problem, "ask for longer edges"));
     }
     Ok((count.round() as usize).max(4))
+}
+
+fn too_short() -> Error {
+    let problem = "the lengths of `refine` are too short: they need millions of vertices";
+    Error::option("refine", problem, "give longer ones")
+}
+
+/// About how many vertices the triangles that lie within a place need at least.
+fn least_vertices(places: &[Place], repaired: &Repaired) -> f64 {
+    let needed = |place: &Place| {
+        let mut is_in = vec![false; repaired.mesh.vertices.len()];
+        place.vertices(repaired).into_iter().for_each(|v| is_in[v as usize] = true);
+        let within = repaired.mesh.triangles.iter().enumerate();
+        let within = within.filter(|(_, triangle)| triangle.iter().all(|v| is_in[*v as usize]));
+        let area: f64 = within.map(|(t, _)| repaired.mesh.triangle_area(t)).sum();
+        area * 2.0 / 3f64.sqrt() / place.length.powi(2)
+    };
+    places.iter().map(needed).fold(0.0, f64::max)
 }
 
 /// What is in a region.
