@@ -20,7 +20,7 @@ const STEPS: [(f64, f64); 4] = [(1.6, 0.1), (2.0, 0.15), (2.5, 0.2), (3.0, 0.3)]
 const ROUNDS: u32 = 4;
 /// Vertices that are few enough, over the number asked for.
 const FEW_ENOUGH: f64 = 1.02;
-/// Tolerances for an exact number of vertices, in spacings.
+/// Tolerances of curves for an exact number of vertices, in spacings; that of samples only grows.
 const LAST: [f64; 6] = [0.1, 0.2, 0.3, 0.4, 0.6, 1.0];
 
 impl<'a> LocalSurface<'a> {

@@ -22,6 +22,8 @@ pub const ACCURACIES: RangeInclusive<f64> = 1e-6..=0.5;
 const FLOOR: f64 = 5e-7;
 /// Samples on the edges and as many on the faces of either mesh, at the least.
 const MIN_SAMPLES: usize = 50_000;
+/// Samples for each vertex where only meshes of one surface are compared.
+const FEW_SAMPLES_PER_VERTEX: usize = 8;
 /// Samples of each kind per vertex of the larger mesh, at the least.
 const SAMPLES_PER_VERTEX: usize = 1;
 /// How far beyond the reference's size a mesh may reach: fourth powers must stay in the range of f64.
@@ -110,28 +112,29 @@ pub fn distances_sampled(
     measure(mesh, reference, DEFAULT_ACCURACY, samples, progress)
 }
 
-/// The root mean square distance between two meshes in a common frame and unit, the larger of both ways: of
-/// `samples` samples on the edges and as many on the faces of either mesh.
+/// The root mean square distance between two meshes in a common frame and unit, the larger of both ways, from
+/// a few samples for each vertex of the first.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
-pub(crate) fn rms_distance(
-    mesh: &TriMesh,
-    reference: &TriMesh,
-    samples: usize,
-    progress: &ProgressToken,
-) -> Result<f64> {
+pub(crate) fn rms_distance(mesh: &TriMesh, reference: &TriMesh, progress: &ProgressToken) -> Result<f64> {
+    let samples = FEW_SAMPLES_PER_VERTEX * mesh.vertices.len();
     let (mesh_bvh, reference_bvh) = rayon::join(|| Bvh::new(mesh), || Bvh::new(reference));
-    let one_way = |from: &TriMesh, from_bvh: &Bvh, to: &Bvh| {
-        let distance_sq =
-            |p: DVec3, rank: &mut usize| to.closest_from(p, rank).map(|found| found.distance_sq);
-        Samples::new(from, from_bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
-    };
+    let mesh = Indexed { mesh, bvh: &mesh_bvh };
+    let reference = Indexed { mesh: reference, bvh: &reference_bvh };
     let (to, from) = rayon::join(
-        || one_way(mesh, &mesh_bvh, &reference_bvh),
-        || one_way(reference, &reference_bvh, &mesh_bvh),
+        || rms_one_way(mesh, reference, samples, progress),
+        || rms_one_way(reference, mesh, samples, progress),
     );
     Ok(to?.max(from?))
+}
+
+/// The root mean square distance of `samples` samples on the edges of a mesh, and as many on its faces, from
+/// another one.
+fn rms_one_way(from: Indexed, to: Indexed, samples: usize, progress: &ProgressToken) -> Result<f64> {
+    let distance_sq =
+        |p: DVec3, rank: &mut usize| to.bvh.closest_from(p, rank).map(|found| found.distance_sq);
+    Samples::new(from.mesh, from.bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
 }
 
 /// Checks that Hausdorff distances can be this accurate.
@@ -169,9 +172,7 @@ fn measure(
         if alike {
             return Ok(upper);
         }
-        let distance_sq =
-            |p: DVec3, rank: &mut usize| to.bvh.closest_from(p, rank).map(|found| found.distance_sq);
-        Samples::new(from.mesh, from.bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
+        rms_one_way(from, to, samples, progress)
     };
     let one_way = |from: Indexed, to: Indexed| {
         let largest = one_sided(from, to, effort, progress)?;

@@ -41,6 +41,12 @@ enum Enough {
     Never,
 }
 
+/// Whether so many sharp edges are no features that it matters, and not mainly those between facets.
+pub(crate) fn gives_up_many(found: &FeatureSummary) -> bool {
+    let given_up = found.discarded.length();
+    given_up > LEAST * (given_up + found.sharp_length) && given_up >= found.discarded.facet_length
+}
+
 impl Searched<'_> {
     /// All warnings of the features `found` by what the number asked for gives.
     ///
@@ -57,9 +63,7 @@ impl Searched<'_> {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     fn warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
-        let given_up = found.discarded.length();
-        let all = given_up + found.sharp_length;
-        if given_up <= LEAST * all || given_up < found.discarded.facet_length {
+        if !gives_up_many(found) {
             return Ok(None);
         }
         let enough = match self.enough(progress)? {
@@ -67,7 +71,8 @@ impl Searched<'_> {
             Enough::Unknown => "more".to_owned(),
             Enough::Never => return Ok(None),
         };
-        let [given_up, all] = [given_up, all].map(length_text);
+        let given_up = found.discarded.length();
+        let [given_up, all] = [given_up, given_up + found.sharp_length].map(length_text);
         let text = format!(
             "sharp edges of length {given_up} (of {all} in total) were given up: {enough} vertices \
             keep them"

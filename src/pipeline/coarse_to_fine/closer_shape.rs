@@ -4,8 +4,9 @@ use super::attempts::Runner;
 use super::coarser_features::is_small;
 use super::score::Score;
 use crate::mesh::spacing;
-use crate::pipeline::fallback::closer::{CLOSER, MELTED};
+use crate::pipeline::fallback::closer::{CLOSER, MELTED, may_come_closer};
 use crate::pipeline::fallback::faulty::Fallback;
+use crate::pipeline::given_up::gives_up_many;
 use crate::pipeline::outcome::Outcome;
 use crate::pipeline::result::FeatureSummary;
 use crate::{Error, Result};
@@ -23,8 +24,8 @@ const FEW: f64 = 0.01;
 const LESS_QUALITY: f64 = 0.05;
 
 impl Runner<'_, '_> {
-    /// If an outcome has melted, one that is much closer to the surface and hardly worse otherwise; `None` if
-    /// there is none.
+    /// If an outcome has given up sharp edges and melted, one that is much closer to the surface and hardly
+    /// worse otherwise; `None` if there is none.
     pub(super) fn closer(
         &mut self,
         first: &Outcome,
@@ -38,6 +39,8 @@ impl Runner<'_, '_> {
         // Local operations have tried to come closer themselves.
         let may_be = is_small(first, vertices)
             && first.simplified_components == 0
+            && gives_up_many(&features)
+            && may_come_closer(&context.surface.mesh(), vertices)
             && context.may_simplify()
             && is_even;
         if !may_be || self.progress.leave_out() {

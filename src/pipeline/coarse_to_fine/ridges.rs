@@ -4,8 +4,8 @@ use super::improve::{Improved, Reporting};
 use super::level_mesh::{LevelMesh, LevelSites};
 use super::score::Score;
 use super::shared::CoarseToFine;
+use crate::mesh::distance::rms_distance;
 use crate::mesh::half_edges::EdgeTable;
-use crate::pipeline::fallback::closer::rms;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::FaultKind;
 use crate::polish::{FEW_ROUNDS, PulledSite, pull_sites};
@@ -159,7 +159,7 @@ impl CoarseToFine<'_> {
     /// The root mean square distance between a mesh and the surface.
     pub(super) fn rms(&self, mesh: &TriMesh, reporting: &mut Reporting) -> Result<f64> {
         let surface = self.context.surface.mesh();
-        reporting.progress.during(|progress| rms(mesh, &surface, progress))
+        reporting.progress.during(|progress| rms_distance(mesh, &surface, progress))
     }
 
     fn score(&self, improved: &Improved, reporting: &mut Reporting) -> Result<Score> {

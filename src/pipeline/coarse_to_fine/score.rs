@@ -1,7 +1,7 @@
 //! What meshes of the same surface are compared by.
 
+use crate::mesh::distance::rms_distance;
 use crate::mesh::quality::quality;
-use crate::pipeline::fallback::closer::rms;
 use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::{ProgressToken, Result, TriMesh};
 
@@ -9,7 +9,7 @@ use crate::{ProgressToken, Result, TriMesh};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Score {
     pub fault: Option<FaultKind>,
-    /// See [`rms`].
+    /// See [`rms_distance`].
     pub rms: f64,
     /// The smallest angle in degrees.
     pub smallest: f64,
@@ -33,7 +33,7 @@ impl Score {
         let quality = quality(mesh);
         Ok(Self {
             fault: fault.map(|fault| fault.kind),
-            rms: rms(mesh, surface, progress)?,
+            rms: rms_distance(mesh, surface, progress)?,
             smallest: quality.as_ref().map_or(0.0, |quality| quality.min_angle),
             narrow: quality.as_ref().map_or(1.0, |quality| quality.fraction_below_30),
             quality: quality.map_or(0.0, |quality| quality.mean_quality),

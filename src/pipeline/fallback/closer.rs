@@ -17,12 +17,10 @@ use crate::{ProgressToken, Result, TriMesh};
 pub(crate) const MELTED: f64 = 0.04;
 /// That of a closer one is at most this many times as large.
 pub(crate) const CLOSER: f64 = 0.6;
-/// Meshes of more vertices are not made, nor of surfaces with [`MOST_OF_SURFACE`], since that takes long.
+/// Meshes of more vertices are not made, nor of surfaces with more than [`FINER`] times as many.
 const MOST_VERTICES: usize = 10_000;
 /// See [`MOST_VERTICES`].
-const MOST_OF_SURFACE: usize = 100_000;
-/// Samples of distances for each vertex.
-const SAMPLES: usize = 8;
+const FINER: usize = 8;
 /// Vertices stay in the polish where an edge turns by more than this many degrees: what is no curve would be
 /// rounded.
 const BENT: f64 = 40.0;
@@ -51,12 +49,13 @@ impl Closer<'_> {
         progress: &ProgressToken,
     ) -> Result<Option<ConstrainedMesh>> {
         let (surface, vertices) = (self.before.surface, self.target.vertices);
-        let is_small = vertices <= MOST_VERTICES && surface.vertices.len() <= MOST_OF_SURFACE;
-        let may_be = is_small && self.lengths.is_empty() && self.target.feature_angle < 180.0;
+        let may_be = may_come_closer(surface, vertices)
+            && self.lengths.is_empty()
+            && self.target.feature_angle < 180.0;
         if !may_be || progress.leave_out() {
             return Ok(None);
         }
-        let melted = rms(mesh, surface, progress)?;
+        let melted = rms_distance(mesh, surface, progress)?;
         if melted <= MELTED * spacing(surface.area(), vertices) {
             return Ok(None);
         }
@@ -66,7 +65,7 @@ impl Closer<'_> {
             Ok(left_out.first().map_or(0.0, |(distance, _)| *distance))
         };
         let smallest = |mesh: &TriMesh| quality(mesh).map_or(0.0, |quality| quality.min_angle);
-        let is_better = rms(&made.mesh, surface, progress)? <= CLOSER * melted
+        let is_better = rms_distance(&made.mesh, surface, progress)? <= CLOSER * melted
             && farthest(&made.mesh)? <= farthest(mesh)?
             && smallest(&made.mesh) >= smallest(mesh).min(SLIVER);
         Ok(is_better.then_some(made))
@@ -99,9 +98,10 @@ impl Closer<'_> {
     }
 }
 
-/// The root mean square distance of a mesh from a surface in the same frame.
-pub(crate) fn rms(mesh: &TriMesh, surface: &TriMesh, progress: &ProgressToken) -> Result<f64> {
-    rms_distance(mesh, surface, SAMPLES * mesh.vertices.len(), progress)
+/// Whether a closer mesh of so many vertices may be tried for a surface of so many: not where that would take
+/// long. A much finer surface is a scan, whose details are no edges.
+pub(crate) fn may_come_closer(surface: &TriMesh, vertices: usize) -> bool {
+    vertices <= MOST_VERTICES && surface.vertices.len() <= FINER * vertices
 }
 
 /// Fixes the vertices of edges that turn by much.
