@@ -7,9 +7,9 @@ cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}" PIP_DISABLE_PIP_VERSION_CHECK=1
 root=$PWD
 work=$(realpath -m "${CARGO_TARGET_DIR:-target}")/python
-# What is compiled for other tests serves this one, too.
-profile=dev
-if [ "${1:-}" = --release ]; then profile=release; fi
+# What other tests have compiled serves this one, too, since features are the same.
+build=(--profile dev --features rtfmesh/internals)
+if [ "${1:-}" = --release ]; then build=(--profile release); fi
 
 environment() {
   rm -rf "$work/$1"
@@ -25,7 +25,7 @@ environment tools
 # maturin puts LICENSE-* into the wheel.
 gzip -dc src/cli/licences.txt.gz >python/LICENSE-THIRD-PARTY
 rm -rf "$work/wheels"
-"$work/tools/bin/maturin" build --quiet --locked --profile $profile --manifest-path python/Cargo.toml \
+"$work/tools/bin/maturin" build --quiet --locked "${build[@]}" --manifest-path python/Cargo.toml \
   --out "$work/wheels"
 
 # A fresh machine: the lines of README.md give a mesh.

@@ -65,5 +65,5 @@ fn bytes_as_addresses_of_files() {
 
 #[test]
 fn bytes_as_meshes_to_repair() {
-    replay("repair", repairing::check, 6000);
+    replay("repair", repairing::check, 3000);
 }
