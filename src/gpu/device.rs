@@ -52,6 +52,15 @@ impl Known {
 /// 50 µs.
 const LEAST_FOR_CPU: usize = 50_000;
 
+/// Minimum number of vertices of a mesh with curves that a device fits: samples find the surface by walks,
+/// which may end on the wrong side of details that are narrower than an edge.
+const LEAST_WITH_CURVES: usize = 50_000;
+
+/// Whether a device of this kind is to polish a mesh, or to fit one that has curves.
+fn pays(kind: &str, vertices: usize, has_curves: bool) -> bool {
+    (kind != "cpu" || vertices >= LEAST_FOR_CPU) && (!has_curves || vertices >= LEAST_WITH_CURVES)
+}
+
 /// An open Vulkan device. Clones share it.
 #[derive(Clone)]
 pub struct Device {
@@ -184,8 +193,13 @@ impl Device {
     /// Whether it polishes, fits and checks whole meshes with this many vertices, as
     /// [`DeviceOptions::polish`] says.
     pub(crate) fn polishes(&self, vertices: usize) -> bool {
-        let pays = self.shared.info.kind != "cpu" || vertices >= LEAST_FOR_CPU;
-        self.shared.polish.unwrap_or(pays)
+        self.shared.polish.unwrap_or_else(|| pays(self.shared.info.kind, vertices, false))
+    }
+
+    /// Whether it fits meshes with this many vertices, some of them on curves, as [`DeviceOptions::polish`]
+    /// says.
+    pub(crate) fn fits_along_curves(&self, vertices: usize) -> bool {
+        self.shared.polish.unwrap_or_else(|| pays(self.shared.info.kind, vertices, true))
     }
 
     /// Messages of the validation layers since the last call; always empty without
@@ -469,6 +483,12 @@ mod tests {
         assert_eq!(device_local_budget(&heaps, &[90, 800, 250, 7]), 250);
         assert_eq!(device_local_budget(&heaps, &[90, 800, 0, 7]), u64::MAX);
         assert_eq!(device_local_budget(&heaps[1..2], &[800]), u64::MAX);
+    }
+
+    #[test]
+    fn small_meshes_are_left_to_the_host_by_a_cpu_and_with_curves() {
+        assert!(pays("discrete", 100, false) && pays("discrete", 50_000, true) && pays("cpu", 50_000, true));
+        assert!(!pays("discrete", 49_999, true) && !pays("cpu", 49_999, false));
     }
 
     /// The canary: if validation were off or its messages lost, every GPU test would pass in silence.

@@ -29,8 +29,9 @@ pub struct DeviceOptions {
     /// on a CPU. Indirect dispatches are not divided; most are short. For tests of large meshes.
     pub(crate) dispatch_threads: Option<usize>,
     /// Whether the device (`true`) or host code (`false`) polishes, fits and checks whole meshes. `None`: the
-    /// device, unless it is a CPU and the mesh is so small that starting kernels would take longer. Results
-    /// differ by rounding and by the order of flips.
+    /// device, unless it is a CPU and the mesh is so small that starting kernels would take longer; the host
+    /// polishes along curves, and fits small meshes with curves. Results differ by rounding and by the order
+    /// of flips.
     pub polish: Option<bool>,
     /// Whether the self-test runs (`true`), whatever is known, or does not (`false`); the result is not kept.
     /// `None`: the first time that a driver is used.

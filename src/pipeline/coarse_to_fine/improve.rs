@@ -170,7 +170,7 @@ impl CoarseToFine<'_> {
         let slides = now.level.on_curves.is_some() || !now.level.on_ridges.is_empty();
         let options = FitOptions::default();
         let (mesh, under) = (&mut now.mesh, &now.level.sites.triangles);
-        if slides {
+        if slides && self.context.device.fits_along_curves(mesh.mesh.vertices.len()) {
             on_device = self.on_device(mesh, under)?;
         }
         reporting.pass(Phase::Fit, reporting.cost.fit, |progress| match &mut on_device {
