@@ -16,7 +16,7 @@ use ash::{ext, khr, vk};
 use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -60,6 +60,9 @@ const LEAST_WITH_CURVES: usize = 50_000;
 fn pays(kind: &str, vertices: usize, has_curves: bool) -> bool {
     (kind != "cpu" || vertices >= LEAST_FOR_CPU) && (!has_curves || vertices >= LEAST_WITH_CURVES)
 }
+
+/// Whether an instance stays until the process ends.
+static KEEPS_DRIVER: AtomicBool = AtomicBool::new(false);
 
 /// An open Vulkan device. Clones share it.
 #[derive(Clone)]
@@ -379,6 +382,13 @@ impl Shared {
         if self.is_own() { Ok(()) } else { Err(forks::foreign_device(&self.info.name)) }
     }
 
+    /// Whether its instance is to stay until the process ends: that of the first GPU, since a driver that is
+    /// unloaded may not load again. NVIDIA's needs memory for threads' own variables, of which the C library
+    /// has little; and loading it takes a tenth of a second.
+    fn keeps_driver(&self) -> bool {
+        self.info.kind != "cpu" && !KEEPS_DRIVER.swap(true, Ordering::Relaxed)
+    }
+
     /// An id that no other buffer of this device has had.
     pub fn new_id(&self) -> u64 {
         self.next_id.fetch_add(1, Ordering::Relaxed)
@@ -463,7 +473,9 @@ impl Drop for Shared {
             }
             ManuallyDrop::drop(&mut self.allocator);
             self.raw.destroy_device(None);
-            ManuallyDrop::drop(&mut self.instance);
+            if !self.keeps_driver() {
+                ManuallyDrop::drop(&mut self.instance);
+            }
         }
     }
 }
