@@ -171,8 +171,9 @@ fn checked(context: &Context) -> Result<Vec<Row>> {
     let mesh = connected(context)?;
     let pairs = IntersectingPairs::new(context.device, &mesh, 0.0, None)?;
     let mut record = |recorder: &mut Recorder, _| pairs.record(recorder);
-    context.submit(&mut record, 0)?;
-    let faces = pairs.triangles(context.device, &mesh)?.context("the list is too short")?;
+    let mut recorder = Recorder::new(context.device)?;
+    record(&mut recorder, 0)?;
+    let faces = pairs.triangles(context.device, recorder, &mesh)?.context("the list is too short")?;
     ensure!(faces == intersecting_faces(&mesh, &ProgressToken::default())?, "other faces than the host's");
     // The tree is read by each walk, but only once is it counted.
     let bytes = IntersectingPairs::BYTES * mesh.triangles.len();

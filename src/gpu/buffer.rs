@@ -2,6 +2,7 @@
 
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
+use super::transfers::{Content, Transfer};
 use crate::gpu::Recorder;
 use crate::{Error, Result};
 use ash::vk;
@@ -36,6 +37,7 @@ pub struct RawBuffer {
     pub(super) id: u64,
     name: String,
     bytes: u64,
+    usage: vk::BufferUsageFlags,
     allocation: Option<Allocation>,
     /// Parts that were read as texels.
     views: Mutex<Vec<(TexelPart, vk::BufferView)>>,
@@ -78,6 +80,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
         if device.shared.reads_texels {
             usage |= vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
         }
+        device.transfers.make_room(&device.shared, bytes)?;
         let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;
         Ok(Self { raw: Arc::new(raw), offset: 0, len, element: PhantomData })
     }
@@ -87,19 +90,44 @@ impl<T: bytemuck::Pod> Buffer<T> {
         (len.max(1) as u64).saturating_mul(size_of::<T>() as u64).next_multiple_of(16)
     }
 
-    /// A buffer with the given content.
+    /// A buffer with the given content, from the next submission on.
     ///
     /// # Errors
     /// As [`Buffer::new`].
     pub fn from_slice(device: &Device, name: &str, values: &[T]) -> Result<Self> {
         let buffer = Self::new(device, name, values.len())?;
-        let mut recorder = Recorder::new(device)?;
-        recorder.upload(&buffer, values)?;
-        recorder.submit()?;
+        buffer.write(device, values)?;
         Ok(buffer)
     }
 
-    /// A buffer of zeros.
+    /// Overwrites the start with `values` at the beginning of the next submission, ahead of all that was
+    /// recorded for it.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] for the staging copy; [`Error::Internal`] if the buffer is too short.
+    pub fn write(&self, device: &Device, values: &[T]) -> Result<()> {
+        let bytes = self.staged_bytes(values)?;
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let (shared, usage) = (&device.shared, vk::BufferUsageFlags::TRANSFER_SRC);
+        let mut staging = device.transfers.staging(shared, bytes.len(), usage)?;
+        staging.put(bytes)?;
+        let (target, offset, bytes) = (Arc::downgrade(&self.raw), self.offset, bytes.len() as u64);
+        let transfer = Transfer { target, offset, bytes, content: Content::Staged(staging) };
+        device.transfers.add(shared, transfer)
+    }
+
+    /// The bytes of `values` if they fit.
+    pub(super) fn staged_bytes<'a>(&self, values: &'a [T]) -> Result<&'a [u8]> {
+        if values.len() > self.len {
+            let name = self.raw.name();
+            return Err(Error::Internal(format!("{} values do not fit in {name}", values.len())));
+        }
+        Ok(bytemuck::cast_slice(values))
+    }
+
+    /// A buffer of zeros, from the next submission on.
     ///
     /// # Errors
     /// As [`Buffer::new`].
@@ -107,14 +135,14 @@ impl<T: bytemuck::Pod> Buffer<T> {
         Self::new(device, name, len)?.zeroed(device)
     }
 
-    /// Itself, with all values set to zero.
+    /// Itself, with all values set to zero at the beginning of the next submission.
     ///
     /// # Errors
     /// [`Error::Device`].
     pub fn zeroed(self, device: &Device) -> Result<Self> {
-        let mut recorder = Recorder::new(device)?;
-        recorder.fill(&self, 0)?;
-        recorder.submit()?;
+        let Bound { raw, offset, bytes } = self.bound();
+        let transfer = Transfer { target: Arc::downgrade(raw), offset, bytes, content: Content::Word(0) };
+        device.transfers.add(&device.shared, transfer)?;
         Ok(self)
     }
 
@@ -202,6 +230,7 @@ impl RawBuffer {
             id: shared.new_id(),
             name: name.to_owned(),
             bytes: 0,
+            usage,
             allocation: None,
             views: Mutex::default(),
             shared: shared.clone(),
@@ -236,6 +265,15 @@ impl RawBuffer {
         &self.name
     }
 
+    /// Length in bytes.
+    pub(super) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    pub(super) fn usage(&self) -> vk::BufferUsageFlags {
+        self.usage
+    }
+
     /// A part as texels of a format.
     ///
     /// # Errors
@@ -263,9 +301,17 @@ impl RawBuffer {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or_default()
     }
 
-    /// See [`RawBuffer::mapped`].
-    pub(super) fn mapped_mut(&mut self) -> &mut [u8] {
-        self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or_default()
+    /// Overwrites the start of memory that is mapped to the host.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if it is not mapped, or too short.
+    pub(super) fn put(&mut self, bytes: &[u8]) -> Result<()> {
+        let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or_default();
+        mapped
+            .get_mut(..bytes.len())
+            .ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?
+            .copy_from_slice(bytes);
+        Ok(())
     }
 }
 

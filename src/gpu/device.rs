@@ -11,6 +11,7 @@ use super::rates::Rates;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::selftest::{self, SelfTest, verdict};
 use super::timer::{StageTime, Timings};
+use super::transfers::Transfers;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use gpu_allocator::AllocationSizes;
@@ -70,6 +71,7 @@ pub struct Device {
     pub(super) shared: Arc<Shared>,
     /// The kernels compiled so far.
     pub(super) pipelines: Arc<Pipelines>,
+    pub(super) transfers: Arc<Transfers>,
 }
 
 /// The Vulkan objects that buffers, pipelines and recorders keep alive.
@@ -100,6 +102,9 @@ pub(super) struct Shared {
     waited_nanoseconds: AtomicU64,
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
+    /// What was sent in all.
+    pub submissions: AtomicU64,
+    pub barriers: AtomicU64,
     names: Option<ext::debug_utils::Device>,
     /// See [`DeviceOptions::statistics`].
     pub statistics: Option<khr::pipeline_executable_properties::Device>,
@@ -162,12 +167,13 @@ impl Device {
         let largest = &mut candidate.info.limits.storage_buffer_bytes;
         *largest = options.buffer_bytes.unwrap_or(*largest).min(*largest);
         let shared = Arc::new(Shared::new(instance, candidate, options)?);
-        Ok(Self { shared, pipelines: Arc::default() })
+        Ok(Self { shared, pipelines: Arc::default(), transfers: Arc::default() })
     }
 
     /// The device as its user gets it: what the self-test has used does not count.
     fn ready(mut self, warnings: Vec<String>, has_passed: bool, options: &DeviceOptions) -> Result<Self> {
         self.pipelines = Arc::default();
+        self.transfers = Arc::default();
         let shared = Arc::get_mut(&mut self.shared);
         let shared = shared.ok_or_else(|| Error::Internal("the self-test keeps the device".to_owned()))?;
         shared.warnings = warnings;
@@ -175,7 +181,8 @@ impl Device {
         if has_passed {
             shared.info.self_test = SelfTest::Passed;
         }
-        for counter in [&shared.peak_bytes, &shared.waited_nanoseconds] {
+        let Shared { peak_bytes, waited_nanoseconds, submissions, barriers, .. } = shared;
+        for counter in [peak_bytes, waited_nanoseconds, submissions, barriers] {
             counter.store(0, Ordering::Relaxed);
         }
         shared.timings = Mutex::default();
@@ -361,6 +368,8 @@ impl Shared {
             waited_nanoseconds: AtomicU64::new(0),
             allocated_bytes: AtomicU64::new(0),
             peak_bytes: AtomicU64::new(0),
+            submissions: AtomicU64::new(0),
+            barriers: AtomicU64::new(0),
             names,
             statistics,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),

@@ -26,8 +26,10 @@ mod select;
 mod selftest;
 #[cfg(feature = "internals")]
 mod statistics;
+mod submit;
 mod submitted;
 mod timer;
+mod transfers;
 
 pub use buffer::{Bound, Buffer, RawBuffer};
 pub use device::Device;
@@ -41,6 +43,6 @@ pub(crate) use select::no_device;
 pub use select::{DeviceInfo, Limits, list_devices, tested_devices};
 pub use selftest::SelfTest;
 #[cfg(feature = "internals")]
-pub use statistics::CompiledKernel;
+pub use statistics::{CompiledKernel, SentWork};
 pub use submitted::{Download, Submitted};
 pub use timer::StageTime;

@@ -1,19 +1,18 @@
-//! Records a sequence of dispatches and copies, with the barriers that they need, and runs it.
+//! Records a sequence of dispatches and copies, with the barriers that they need.
 
-use super::barriers::{Barrier, Hazards, Stage};
+use super::barriers::{Barrier, Hazards, Stage, Use};
 use super::buffer::{Bound, Buffer, RawBuffer};
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline, descriptor_type};
-use super::submitted::{Download, Submitted};
+use super::submitted::Download;
+use super::transfers::Transfers;
 use crate::{Error, Result};
 use ash::vk;
 use glam::UVec4;
-use gpu_allocator::MemoryLocation;
 use std::collections::HashMap;
-use std::slice;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::sync::atomic::Ordering;
 
 /// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their
 /// index from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
@@ -30,35 +29,38 @@ enum Groups<'a> {
 
 /// A sequence of commands that is being recorded; [`Recorder::submit`] runs it.
 pub struct Recorder {
-    shared: Arc<Shared>,
-    command_pool: vk::CommandPool,
-    commands: vk::CommandBuffer,
-    descriptor_pools: Vec<vk::DescriptorPool>,
+    pub(super) shared: Arc<Shared>,
+    pub(super) transfers: Arc<Transfers>,
+    /// The transfers that waited for this submission.
+    pub(super) ahead: Option<Box<Recorder>>,
+    pub(super) command_pool: vk::CommandPool,
+    pub(super) commands: vk::CommandBuffer,
+    pub(super) descriptor_pools: Vec<vk::DescriptorPool>,
     sets_left: u32,
-    query_pools: Vec<vk::QueryPool>,
+    pub(super) query_pools: Vec<vk::QueryPool>,
     /// All commands, in order.
-    recorded: Vec<Recorded>,
+    pub(super) recorded: Vec<Recorded>,
     /// How many of them are timed.
     timed: u32,
     hazards: Hazards,
     pub(super) staging: Vec<RawBuffer>,
     /// What the commands use; shared so that nobody else can free it before the device is done.
-    buffers: HashMap<u64, Arc<RawBuffer>>,
-    pipelines: Vec<Arc<RawPipeline>>,
+    pub(super) buffers: HashMap<u64, Arc<RawBuffer>>,
+    pub(super) pipelines: Vec<Arc<RawPipeline>>,
     /// Set while the device may still use what this recorder owns.
-    running: bool,
+    pub(super) running: bool,
 }
 
 /// A command, for the timings.
-struct Recorded {
-    name: &'static str,
+pub(super) struct Recorded {
+    pub name: &'static str,
     /// Number of invocations; 0 if it is not known.
     threads: usize,
-    is_timed: bool,
+    pub is_timed: bool,
 }
 
 const SETS_PER_POOL: u32 = 128;
-const TIMED_PER_POOL: u32 = 512;
+pub(super) const TIMED_PER_POOL: u32 = 512;
 /// More than any kernel binds; checked when sets are allocated.
 const BUFFERS_PER_SET: u32 = 12;
 
@@ -68,7 +70,10 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] if the driver has no memory for it.
     pub fn new(device: &Device) -> Result<Self> {
-        let shared = &device.shared;
+        Self::start(&device.shared, &device.transfers)
+    }
+
+    pub(super) fn start(shared: &Arc<Shared>, transfers: &Arc<Transfers>) -> Result<Self> {
         shared.require_own()?;
         let failed = |e| vk_error("starting a command buffer", e);
         let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(shared.queue_family);
@@ -76,6 +81,8 @@ impl Recorder {
         let command_pool = unsafe { shared.raw.create_command_pool(&pool_info, None) }.map_err(failed)?;
         let mut this = Self {
             shared: shared.clone(),
+            transfers: transfers.clone(),
+            ahead: None,
             command_pool,
             commands: vk::CommandBuffer::null(),
             descriptor_pools: Vec::new(),
@@ -156,17 +163,18 @@ impl Recorder {
     ) -> Result<()> {
         let bound = bindings.buffers();
         let mut buffers: Vec<_> = bound.iter().map(|b| b.raw).collect();
+        let used = |(b, access): (&Bound<'_>, Access)| Use::new(b.raw.id, b.offset, b.bytes, access);
         let mut uses: Vec<_> =
-            buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
+            bound.iter().zip(K::INFO.bindings.iter().map(|info| info.access)).map(used).collect();
         let mut stage = Stage::Compute;
         if let Groups::Indirect(groups, _) = groups {
             buffers.push(groups.raw());
-            uses.push((groups.raw().id, Access::Read));
+            uses.push(used((&groups.bound(), Access::Read)));
             stage = Stage::Indirect;
         }
-        for (i, (id, access)) in uses.iter().enumerate() {
-            if uses.iter().enumerate().any(|(j, (other, _))| i != j && id == other && *access != Access::Read)
-            {
+        for (i, one) in uses.iter().enumerate() {
+            let is_same = |(j, other): (usize, &Use)| i != j && one.buffer == other.buffer;
+            if one.is_write() && uses.iter().enumerate().any(is_same) {
                 let name = buffers[i].name();
                 return Err(Error::Internal(format!(
                     "{name} is bound twice to {} and written",
@@ -233,26 +241,26 @@ impl Recorder {
     /// # Errors
     /// [`Error::OutOfMemory`] for the staging copy; [`Error::Internal`] if `target` is too short.
     pub fn upload<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, values: &[T]) -> Result<()> {
-        if values.len() > target.len() {
-            return Err(Error::Internal(format!(
-                "{} values do not fit in {}",
-                values.len(),
-                target.raw().name()
-            )));
-        }
-        let bytes: &[u8] = bytemuck::cast_slice(values);
+        let bytes = target.staged_bytes(values)?;
         if bytes.is_empty() {
             return Ok(());
         }
-        let mut staging = self.staging_buffer(bytes.len(), vk::BufferUsageFlags::TRANSFER_SRC)?;
-        let mapped = staging.mapped_mut().get_mut(..bytes.len());
-        mapped
-            .ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?
-            .copy_from_slice(bytes);
-        self.buffers.insert(target.raw().id, target.raw().clone());
-        self.copy((&staging, 0), (target.raw(), target.offset()), bytes.len(), "copy.upload")?;
+        let usage = vk::BufferUsageFlags::TRANSFER_SRC;
+        let mut staging = self.transfers.staging(&self.shared, bytes.len(), usage)?;
+        staging.put(bytes)?;
+        self.record_upload(&staging, (target.raw(), target.offset()), bytes.len() as u64)?;
         self.staging.push(staging);
         Ok(())
+    }
+
+    pub(super) fn record_upload(
+        &mut self,
+        staging: &RawBuffer,
+        (target, offset): (&Arc<RawBuffer>, u64),
+        bytes: u64,
+    ) -> Result<()> {
+        self.buffers.insert(target.id, target.clone());
+        self.copy((staging, 0), (target, offset), bytes, "copy.upload")
     }
 
     /// Sets all 32-bit words of `target` to `word`.
@@ -260,15 +268,22 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] if the driver has no memory.
     pub fn fill<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, word: u32) -> Result<()> {
-        let (buffer, offset) = (target.raw(), target.offset());
-        let bytes = target.bound().bytes;
-        self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
-        self.buffers.insert(buffer.id, buffer.clone());
+        self.record_fill((target.raw(), target.offset()), target.bound().bytes, word)
+    }
+
+    pub(super) fn record_fill(
+        &mut self,
+        (target, offset): (&Arc<RawBuffer>, u64),
+        bytes: u64,
+        word: u32,
+    ) -> Result<()> {
+        self.barrier_before_transfer(&[Use::new(target.id, offset, bytes, Access::Write)]);
+        self.buffers.insert(target.id, target.clone());
         let raw = self.shared.raw.clone();
         // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
         // submission was waited for.
         self.record_timed("copy.fill", 0, |commands| unsafe {
-            raw.cmd_fill_buffer(commands, buffer.handle, offset, bytes, word);
+            raw.cmd_fill_buffer(commands, target.handle, offset, bytes, word);
         })
     }
 
@@ -291,98 +306,14 @@ impl Recorder {
     ) -> Result<Download<T>> {
         let len = len.min(source.len());
         let bytes = len * size_of::<T>();
-        let staging = self.staging_buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
+        let usage = vk::BufferUsageFlags::TRANSFER_DST;
+        let staging = self.transfers.staging(&self.shared, bytes, usage)?;
         if bytes > 0 {
             self.buffers.insert(source.raw().id, source.raw().clone());
-            self.copy((source.raw(), source.offset()), (&staging, 0), bytes, "copy.download")?;
+            self.copy((source.raw(), source.offset()), (&staging, 0), bytes as u64, "copy.download")?;
         }
         self.staging.push(staging);
         Ok(Download::new(self.staging.len() - 1, len))
-    }
-
-    /// Runs the list and waits until the device is done.
-    ///
-    /// # Errors
-    /// [`Error::DeviceLost`] or [`Error::Device`].
-    pub fn submit(mut self) -> Result<Submitted> {
-        self.shared.require_own()?;
-        let last = self.recorded.last().map_or("an empty submission", |command| command.name);
-        let failed = |e| vk_error(last, e);
-        let (raw, longest) = (self.shared.raw.clone(), self.shared.longest_wait());
-        let to_host = vk::MemoryBarrier::default()
-            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
-            .dst_access_mask(vk::AccessFlags::HOST_READ);
-        let commands = [self.commands];
-        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: recording is on; the queue is locked during the submission, as Vulkan requires; the fence
-        // outlives the wait, and so does all that the commands use, unless `device_is_done` says that it is
-        // no longer used.
-        unsafe {
-            raw.cmd_pipeline_barrier(
-                self.commands,
-                vk::PipelineStageFlags::TRANSFER,
-                vk::PipelineStageFlags::HOST,
-                vk::DependencyFlags::empty(),
-                &[to_host],
-                &[],
-                &[],
-            );
-            raw.end_command_buffer(self.commands).map_err(failed)?;
-            let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
-            let sent = raw.queue_submit(*lock(&self.shared.queue), &submit, fence);
-            let done = sent.and_then(|()| {
-                let began = Instant::now();
-                let most = longest.map_or(u64::MAX, |longest| longest.as_nanos() as u64);
-                let waited = raw.wait_for_fences(&[fence], true, most);
-                self.shared.count_waited(began.elapsed());
-                self.running = waited.is_err_and(|error| !self.device_is_done(error));
-                waited
-            });
-            if !self.running {
-                raw.destroy_fence(fence, None);
-            }
-            match (done, longest) {
-                (Err(vk::Result::TIMEOUT), Some(longest)) => return Err(self.hung(longest)),
-                (done, _) => done.map_err(failed)?,
-            }
-        }
-        self.collect_timings()?;
-        Ok(Submitted::new(self))
-    }
-
-    /// After a failed wait: whether the device no longer uses what this recorder owns.
-    fn device_is_done(&self, error: vk::Result) -> bool {
-        if error == vk::Result::TIMEOUT && self.shared.longest_wait().is_some() {
-            return false;
-        }
-        // Vulkan counts the work of a lost device as done. Otherwise the wait itself failed, and the work
-        // continues.
-        error == vk::Result::ERROR_DEVICE_LOST || {
-            let _queue = lock(&self.shared.queue);
-            // SAFETY: the device is alive, and its queue locked, as Vulkan requires.
-            let idle = unsafe { self.shared.raw.device_wait_idle() };
-            matches!(idle, Ok(()) | Err(vk::Result::ERROR_DEVICE_LOST))
-        }
-    }
-
-    /// The error for a submission that does not end. Of commands that are timed, the first one is named that
-    /// has no end.
-    fn hung(&self, longest: Duration) -> Error {
-        let has_ended = |command: u32| {
-            let pool = self.query_pools.get((command / TIMED_PER_POOL) as usize).copied();
-            let mut end = [0_u64; 2];
-            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
-            let query = 2 * (command % TIMED_PER_POOL) + 1;
-            // SAFETY: the pool belongs to this recorder; without a flag to wait, the call returns at once.
-            let known = pool.is_some_and(|pool| unsafe {
-                self.shared.raw.get_query_pool_results(pool, query, slice::from_mut(&mut end), flags).is_ok()
-            });
-            known && end[1] != 0
-        };
-        let timed = self.recorded.iter().filter(|command| command.is_timed);
-        let open = (0..).zip(timed).find(|(k, _)| !has_ended(*k)).map(|(_, command)| command.name);
-        let name = open.or_else(|| self.recorded.last().map(|command| command.name)).unwrap_or("commands");
-        Error::DeviceLost(format!("{name}, which did not end within {} s", longest.as_secs()))
     }
 
     /// Omits the next barrier, to test that a missing one is detected.
@@ -391,26 +322,20 @@ impl Recorder {
         self.hazards = Hazards::default();
     }
 
-    fn staging_buffer(&self, bytes: usize, usage: vk::BufferUsageFlags) -> Result<RawBuffer> {
-        let location = if usage == vk::BufferUsageFlags::TRANSFER_SRC {
-            MemoryLocation::CpuToGpu
-        } else {
-            MemoryLocation::GpuToCpu
-        };
-        RawBuffer::new(&self.shared, "gpu.staging", bytes.max(1).next_multiple_of(16) as u64, usage, location)
-    }
-
     /// Copies bytes between buffers, in both from an offset on.
     fn copy(
         &mut self,
         (from, from_offset): (&RawBuffer, u64),
         (to, to_offset): (&RawBuffer, u64),
-        bytes: usize,
+        bytes: u64,
         name: &'static str,
     ) -> Result<()> {
-        self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
-        let region =
-            [vk::BufferCopy::default().src_offset(from_offset).dst_offset(to_offset).size(bytes as u64)];
+        let uses = [
+            Use::new(from.id, from_offset, bytes, Access::Read),
+            Use::new(to.id, to_offset, bytes, Access::Write),
+        ];
+        self.barrier_before_transfer(&uses);
+        let region = [vk::BufferCopy::default().src_offset(from_offset).dst_offset(to_offset).size(bytes)];
         let raw = self.shared.raw.clone();
         // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
         // submission was waited for.
@@ -420,13 +345,14 @@ impl Recorder {
     }
 
     /// Records the barrier before a copy or a fill, if one is needed.
-    fn barrier_before_transfer(&mut self, uses: &[(u64, Access)]) {
+    fn barrier_before_transfer(&mut self, uses: &[Use]) {
         if let Some(b) = self.hazards.barrier_before(Stage::Transfer, uses, self.shared.full_barriers) {
             self.barrier(b);
         }
     }
 
     fn barrier(&self, b: Barrier) {
+        self.shared.barriers.fetch_add(1, Ordering::Relaxed);
         let memory =
             [vk::MemoryBarrier::default().src_access_mask(b.available).dst_access_mask(Barrier::VISIBLE)];
         // SAFETY: recording is on.
@@ -485,7 +411,7 @@ impl Recorder {
         Ok(())
     }
 
-    fn collect_timings(&mut self) -> Result<()> {
+    pub(super) fn collect_timings(&self) -> Result<()> {
         let shared = &self.shared;
         let (mask, tick) = (shared.timestamp_mask, f64::from(shared.info.limits.timestamp_ns));
         let mut elapsed = Vec::with_capacity(self.timed as usize);
@@ -564,31 +490,5 @@ impl Recorder {
         // SAFETY: set and buffers are alive; no submission uses the new set yet.
         unsafe { raw.update_descriptor_sets(&writes, &[]) };
         Ok(set)
-    }
-}
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        if !self.shared.is_own() {
-            return;
-        }
-        if self.running {
-            // The device may still use all this for an unknown time, so it is never freed, nor is the device.
-            std::mem::forget(std::mem::take(&mut self.staging));
-            std::mem::forget(std::mem::take(&mut self.buffers));
-            std::mem::forget(std::mem::take(&mut self.pipelines));
-            std::mem::forget(Arc::clone(&self.shared));
-            return;
-        }
-        // SAFETY: no submission is running, see `submit`.
-        unsafe {
-            for pool in &self.descriptor_pools {
-                self.shared.raw.destroy_descriptor_pool(*pool, None);
-            }
-            for pool in &self.query_pools {
-                self.shared.raw.destroy_query_pool(*pool, None);
-            }
-            self.shared.raw.destroy_command_pool(self.command_pool, None);
-        }
     }
 }

@@ -1,10 +1,11 @@
-//! What a driver's compiler says about its code, for checks of compilers.
+//! What a driver's compiler says about its code, and how much was sent to a device, for checks of both.
 
 use super::device::{Device, lock};
 use super::errors::vk_error;
 use crate::Result;
 use ash::vk;
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
 
 /// A kernel as it was compiled.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,7 +18,23 @@ pub struct CompiledKernel {
     pub statistics: BTreeMap<String, f64>,
 }
 
+/// What was sent to a device since it was opened.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SentWork {
+    /// The host waits for each.
+    pub submissions: u64,
+    /// Memory barriers.
+    pub barriers: u64,
+}
+
 impl Device {
+    /// What was sent so far.
+    pub fn sent_work(&self) -> SentWork {
+        let [submissions, barriers] =
+            [&self.shared.submissions, &self.shared.barriers].map(|count| count.load(Ordering::Relaxed));
+        SentWork { submissions, barriers }
+    }
+
     /// The kernels compiled so far, by name; see [`super::DeviceOptions::statistics`].
     ///
     /// # Errors

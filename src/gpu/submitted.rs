@@ -37,6 +37,15 @@ impl Submitted {
         self.bytes(download).map(bytemuck::allocation::pod_collect_to_vec)
     }
 
+    /// The first value of a download.
+    ///
+    /// # Errors
+    /// As [`Submitted::read`], and [`Error::Internal`] if there is none.
+    pub fn first<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<T> {
+        let first = self.view(download)?.first().copied();
+        first.ok_or_else(|| Error::Internal("a download is empty".to_owned()))
+    }
+
     /// The values where they are, without a copy of them.
     ///
     /// # Errors

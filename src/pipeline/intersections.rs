@@ -58,10 +58,10 @@ pub(crate) fn intersecting_on_device(
     let pairs = IntersectingPairs::new(device, mesh, rounding, None)?;
     let mut recorder = Recorder::new(device)?;
     pairs.record(&mut recorder)?;
-    recorder.submit()?;
-    progress.poll()?;
     let mesh = in_units(mesh, frame);
-    pairs.triangles(device, &mesh)?.map_or_else(|| intersecting_faces(&mesh, progress), Ok)
+    let found = pairs.triangles(device, recorder, &mesh)?;
+    progress.poll()?;
+    found.map_or_else(|| intersecting_faces(&mesh, progress), Ok)
 }
 
 fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {

@@ -1,14 +1,14 @@
 //! The number of iterations in a submission, few enough that a run can be stopped within a second; and the
 //! check that they moved anything.
 
-use crate::gpu::Device;
+use crate::gpu::{Device, Recorder};
 use crate::{Error, Result};
 use std::time::Instant;
 
 /// Largest duration of a submission, in seconds.
 const PATIENCE: f64 = 0.3;
 /// Largest product of sites and iterations of the first submission.
-const FIRST: usize = 100_000;
+const FIRST: usize = 150_000;
 
 /// Iterations for each submission, adapted to the measured time; results do not depend on it.
 pub(crate) struct Pace {
@@ -33,6 +33,45 @@ impl Pace {
     pub fn end(&mut self, iterations: u32) {
         let seconds = self.begun.elapsed().as_secs_f64().max(1e-6);
         self.iterations = ((f64::from(iterations) * PATIENCE / seconds) as u32).clamp(1, self.most);
+    }
+}
+
+/// Rounds of work that are recorded into as few submissions as [`Pace`] allows.
+pub(crate) struct Submissions<'a> {
+    device: &'a Device,
+    recorder: Recorder,
+    pace: Pace,
+    rounds: u32,
+}
+
+impl<'a> Submissions<'a> {
+    /// For this many sites or vertices, with at most this many rounds each.
+    ///
+    /// # Errors
+    /// As [`Recorder::new`].
+    pub fn new(device: &'a Device, sites: usize, most: u32) -> Result<Self> {
+        Ok(Self { device, recorder: Recorder::new(device)?, pace: Pace::new(sites, most), rounds: 0 })
+    }
+
+    /// What the next round is recorded into; submits the rounds before, if they are enough for a submission.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit`].
+    pub fn next_round(&mut self) -> Result<&mut Recorder> {
+        if self.rounds == self.pace.iterations {
+            let full = std::mem::replace(&mut self.recorder, Recorder::new(self.device)?);
+            self.pace.begin();
+            full.submit()?;
+            self.pace.end(self.rounds);
+            self.rounds = 0;
+        }
+        self.rounds += 1;
+        Ok(&mut self.recorder)
+    }
+
+    /// The last rounds, not submitted, for the downloads that follow.
+    pub fn into_last(self) -> Recorder {
+        self.recorder
     }
 }
 

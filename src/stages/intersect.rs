@@ -77,17 +77,25 @@ impl IntersectingPairs {
         recorder.dispatch(&self.pipeline, Threads(triangle_count as usize), &push, &bindings)
     }
 
-    /// The pairs that were found, the smaller number first, in any order; none if they are too many for the
-    /// list.
+    /// The pairs that are found by what was recorded, which this submits: the smaller number first, in any
+    /// order; none if they are too many for the list.
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn found(&self, device: &Device) -> Result<Option<Vec<[u32; 2]>>> {
-        let count = self.counters.to_vec(device)?[0] as usize;
+    /// As [`Recorder::submit`].
+    pub fn found(&self, device: &Device, mut recorder: Recorder) -> Result<Option<Vec<[u32; 2]>>> {
+        let count = recorder.download(&self.counters)?;
+        // Next to always, these are all.
+        let first = recorder.download_first(&self.pairs, LEAST_PAIRS)?;
+        let done = recorder.submit()?;
+        let count = done.first(&count)? as usize;
         if count > self.pairs.len() {
             return Ok(None);
         }
-        let pairs = self.pairs.window(0, count)?.to_vec(device)?;
+        let mut pairs = done.read(&first)?;
+        if count > pairs.len() {
+            pairs = self.pairs.to_vec(device)?;
+        }
+        pairs.truncate(count);
         Ok(Some(pairs.into_iter().map(|pair| pair.to_array()).collect()))
     }
 
@@ -96,8 +104,8 @@ impl IntersectingPairs {
     /// `mesh` is the mesh as it is to be checked, in any units.
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn triangles(&self, device: &Device, mesh: &TriMesh) -> Result<Option<Vec<u32>>> {
-        Ok(self.found(device)?.map(|pairs| intersecting_among(mesh, &pairs)))
+    /// As [`Recorder::submit`].
+    pub fn triangles(&self, device: &Device, recorder: Recorder, mesh: &TriMesh) -> Result<Option<Vec<u32>>> {
+        Ok(self.found(device, recorder)?.map(|pairs| intersecting_among(mesh, &pairs)))
     }
 }

@@ -12,23 +12,23 @@ use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::stages::intersect::IntersectingPairs;
 use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
 
-fn searched(mesh: &TriMesh, rounding: f64, workgroup: Option<u32>) -> IntersectingPairs {
+fn search(mesh: &TriMesh, rounding: f64, workgroup: Option<u32>) -> (IntersectingPairs, Recorder) {
     let device = device();
     let pairs = IntersectingPairs::new(device, mesh, rounding, workgroup).unwrap();
     let mut recorder = Recorder::new(device).unwrap();
     pairs.record(&mut recorder).unwrap();
-    recorder.submit().unwrap();
-    assert_valid(device);
-    pairs
+    (pairs, recorder)
 }
 
 /// The pairs that the device finds, in order.
 fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
-    sorted(&searched(mesh, 0.0, workgroup))
+    sorted(search(mesh, 0.0, workgroup))
 }
 
-fn sorted(pairs: &IntersectingPairs) -> Option<Vec<[u32; 2]>> {
-    let mut found = pairs.found(device()).unwrap()?;
+fn sorted((pairs, recorder): (IntersectingPairs, Recorder)) -> Option<Vec<[u32; 2]>> {
+    let found = pairs.found(device(), recorder).unwrap();
+    assert_valid(device());
+    let mut found = found?;
     found.sort_unstable();
     assert!(found.windows(2).all(|pair| pair[0] != pair[1]), "a pair was found twice");
     assert!(found.iter().all(|[s, t]| s < t));
@@ -38,9 +38,9 @@ fn sorted(pairs: &IntersectingPairs) -> Option<Vec<[u32; 2]>> {
 /// All faces that intersect others, by the device and exact predicates, and the pairs that it found.
 fn checked(mesh: &TriMesh) -> (Vec<u32>, usize) {
     let progress = ProgressToken::default();
-    let searched = searched(mesh, 0.0, None);
-    let pairs = sorted(&searched).expect("too many pairs");
-    let faces = searched.triangles(device(), mesh).unwrap().unwrap();
+    let pairs = sorted(search(mesh, 0.0, None)).expect("too many pairs");
+    let (searched, recorder) = search(mesh, 0.0, None);
+    let faces = searched.triangles(device(), recorder, mesh).unwrap().unwrap();
     assert_eq!(faces, intersecting_faces(mesh, &progress).unwrap());
     (faces, pairs.len())
 }
@@ -135,7 +135,7 @@ fn what_rounding_may_join_is_found() {
         corners.extend_from_within(..);
         corners[3..].iter_mut().for_each(|p| *p += gap * normal);
         let mesh = TriMesh { vertices: corners.clone(), triangles: vec![[0, 1, 2], [3, 4, 5]] };
-        assert_eq!(sorted(&searched(&mesh, most, None)).map(|found| found.len()), Some(pairs), "{gap}");
+        assert_eq!(sorted(search(&mesh, most, None)).map(|found| found.len()), Some(pairs), "{gap}");
     }
     // Also if only their boxes meet when both are off.
     let flat = |z: f64| [DVec3::ZERO, 0.2 * DVec3::X, 0.2 * DVec3::Y].map(|p| p + z * DVec3::Z);
@@ -143,7 +143,7 @@ fn what_rounding_may_join_is_found() {
         let z = 1e-3 * f64::from(k) * 0.317;
         let vertices = [flat(z), flat(z + 2.0 * most)].concat();
         let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2], [3, 4, 5]] };
-        assert_eq!(sorted(&searched(&mesh, most, None)).map(|found| found.len()), Some(1), "{z}");
+        assert_eq!(sorted(search(&mesh, most, None)).map(|found| found.len()), Some(1), "{z}");
     }
 }
 

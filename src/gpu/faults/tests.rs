@@ -89,7 +89,7 @@ fn faults(calls: &BTreeMap<&'static str, u64>) -> Vec<Fault> {
         }
     }
     // A wait that ends too early, though nobody limits it.
-    let early = Fault { command: WAITING, at: 3, result: vk::Result::TIMEOUT, lasting: false };
+    let early = Fault { command: WAITING, at: 1, result: vk::Result::TIMEOUT, lasting: false };
     all.push(early);
     all
 }
@@ -115,8 +115,9 @@ fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
         plan_fault(Some(fault));
         let result = small_run(if again { &device } else { &fresh }, &input);
         if failed_calls() == 0 {
-            // Memory that the allocator keeps need not be asked for again.
-            assert!(["vkAllocateMemory", "vkMapMemory"].contains(&fault.command), "{fault:?}");
+            // Memory that the allocator keeps need not be asked for again, nor kept staging buffers be made.
+            let rare = ["vkAllocateMemory", "vkMapMemory", "vkCreateBuffer", "vkBindBufferMemory", NAMING];
+            assert!(rare.contains(&fault.command), "{fault:?}");
             continue;
         }
         if fault.command == NAMING && !fault.lasting {
@@ -127,7 +128,7 @@ fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
         assert_eq!(*lock(&messages), Vec::<String>::new(), "{fault:?}");
         failed += 1;
     }
-    assert!(failed >= 40, "{failed}");
+    assert!(failed >= 32, "{failed}");
     plan_fault(None);
     assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
     drop(device);
@@ -168,7 +169,7 @@ fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
     let device = open().unwrap();
     let messages = device.messages();
     let result = vk::Result::ERROR_OUT_OF_HOST_MEMORY;
-    let fault = Fault { command: WAITING, at: 3, result, lasting: true };
+    let fault = Fault { command: WAITING, at: 1, result, lasting: true };
     plan_fault(Some(fault));
     assert_has_remedy(&small_run(&device, &input).err().unwrap(), &fault);
     assert!(calls().contains_key("vkDeviceWaitIdle"), "{:?}", calls());
@@ -189,7 +190,7 @@ fn a_submission_that_does_not_end_is_told_with_the_command_that_it_runs() {
         ..DeviceOptions::from_env()
     };
     let device = with_hooks(|| Device::open(&options)).unwrap();
-    plan_fault(Some(Fault { command: WAITING, at: 3, result: vk::Result::TIMEOUT, lasting: false }));
+    plan_fault(Some(Fault { command: WAITING, at: 1, result: vk::Result::TIMEOUT, lasting: false }));
     let error = small_run(&device, &sample("bumpy-sphere").unwrap()).err().unwrap();
     let line = error.to_string();
     assert!(matches!(error, Error::DeviceLost(_)) && line.contains("did not end within 120 s"), "{line}");

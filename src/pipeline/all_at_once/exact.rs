@@ -101,7 +101,7 @@ impl<'a> ExactRun<'a> {
         }
         require_moves(self.device, &steps)?;
         if let Some(descent) = &self.descent {
-            self.upload(&descent.final_sites())?;
+            self.sites.write(self.device, &descent.final_sites())?;
         }
         let cells = self.cells.cells.to_vec(self.device)?;
         if !steps.is_empty() {
@@ -141,15 +141,8 @@ impl<'a> ExactRun<'a> {
         let Some(descent) = &mut self.descent else { return Ok(0.0) };
         let trial = descent.next_trial(&cells, &energies).to_vec();
         let distance = descent.distance_to_centroids() / self.spacing;
-        self.upload(&trial)?;
+        self.sites.write(self.device, &trial)?;
         Ok(distance)
-    }
-
-    /// Uploads positions of the sites.
-    fn upload(&self, sites: &[Vec4]) -> Result<()> {
-        let mut recorder = Recorder::new(self.device)?;
-        recorder.upload(&self.sites, sites)?;
-        recorder.submit().map(|_| ())
     }
 
     /// The momentum of an iteration, and its longest move.

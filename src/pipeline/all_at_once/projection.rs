@@ -213,20 +213,20 @@ impl SiteProjection {
                 }
             }
         }
-        if let Planes::Sites(..) = self.planes {
-            recorder.submit()?;
-            return Ok(());
+        match &self.planes {
+            Planes::Sites(..) => recorder.submit().map(drop),
+            Planes::Cloud(_, _, None) => {
+                let projected = self.record(&mut recorder, sites)?;
+                let projected = recorder.download(projected)?;
+                let done = recorder.submit()?;
+                let pulled = done.view(&projected)?.iter().map(|p| p.truncate().extend(0.0));
+                sites.write(device, &pulled.collect::<Vec<Vec4>>())
+            }
+            Planes::Surface(..) | Planes::Cloud(..) => {
+                self.record(&mut recorder, sites)?;
+                recorder.submit().map(drop)
+            }
         }
-        let projected = self.record(&mut recorder, sites)?;
-        recorder.submit()?;
-        if let Planes::Cloud(_, _, None) = self.planes {
-            let pulled: Vec<Vec4> =
-                projected.to_vec(device)?.iter().map(|p| p.truncate().extend(0.0)).collect();
-            let mut recorder = Recorder::new(device)?;
-            recorder.upload(sites, &pulled)?;
-            recorder.submit()?;
-        }
-        Ok(())
     }
 
     /// Records the projection of `targets` onto the surface, with the planes that come with it; returns the

@@ -1,10 +1,11 @@
 //! The polish and the fit of a whole mesh by the device.
 
 use super::shared::CoarseToFine;
-use crate::gpu::{Buffer, Device, Recorder};
+use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
+use crate::pipeline::submission::Submissions;
 use crate::polish::{
     ANGLE_ROUNDS, ConstrainedMesh, FEW_FIT_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished,
     SOLVER_STEPS, SurfaceVertex, improve_worst, is_fixed,
@@ -17,7 +18,7 @@ use crate::stages::fit::mesh::FitMesh;
 use crate::stages::fit::samples::FaceSamples;
 use crate::stages::intersect::IntersectingPairs;
 use crate::stages::polish::flip::{Flips, PASSES};
-use crate::stages::polish::mesh::DeviceMesh;
+use crate::stages::polish::mesh::{DeviceMesh, read_positions};
 use crate::stages::polish::relax::Relaxation;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
@@ -62,8 +63,9 @@ impl MeshOnDevice {
 /// # Errors
 /// Those of the device.
 pub(crate) fn compile(device: &Device) -> Result<()> {
-    let none = DeviceMesh::new(device, &TriMesh::default())?;
-    let fit = FitMesh::new(device, &none, None)?;
+    let half_edges = HalfEdgeMesh::new(Vec::new(), 0, &[]);
+    let none = DeviceMesh::of(device, &half_edges, &[], (&[], &[]))?;
+    let fit = FitMesh::of(device, &none, &half_edges, Vec::new(), None)?;
     let parts: [&(dyn Fn() -> Result<()> + Sync); 7] = [
         &|| Flips::new(device, 0, 0, None).map(drop),
         &|| Relaxation::new(device, 0, None).map(drop),
@@ -108,6 +110,7 @@ impl CoarseToFine<'_> {
         let flips = Flips::new(device, on.mesh.vertices(), on.mesh.triangles(), None)?;
         let relaxation = Relaxation::new(device, on.mesh.vertices(), None)?;
         let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
+        let mut submissions = Submissions::new(device, on.mesh.vertices(), rounds)?;
         for round in 0..rounds {
             progress.done(f64::from(round) / f64::from(rounds))?;
             if round >= FEW_ROUNDS && progress.leave_out() {
@@ -115,17 +118,22 @@ impl CoarseToFine<'_> {
             }
             let late = round + ANGLE_ROUNDS >= rounds;
             let valence_weight = if late { 0.0 } else { options.valence_weight };
-            let mut recorder = Recorder::new(device)?;
-            flips.record(&mut recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
-            relaxation.record(&mut recorder, &on.mesh, surface, &on.under)?;
-            recorder.submit()?;
+            let recorder = submissions.next_round()?;
+            flips.record(recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
+            relaxation.record(recorder, &on.mesh, surface, &on.under)?;
         }
-        on.mesh.read_half_edges(device, &mut on.half_edges)?;
-        on.mesh.read_positions(device, &on.fixed, &mut mesh.vertices)?;
+        let mut recorder = submissions.into_last();
+        let half_edges = on.mesh.download_half_edges(&mut recorder)?;
+        let positions = on.mesh.download_positions(&mut recorder)?;
+        let flips = flips.download_flips(&mut recorder)?;
+        let undone = relaxation.download_undone(&mut recorder)?;
+        let done = recorder.submit()?;
+        half_edges.read(&done, &mut on.half_edges)?;
+        read_positions(&done, &positions, &on.fixed, &mut mesh.vertices)?;
         mesh.triangles.clone_from(&on.half_edges.triangles);
         progress.done(1.0)?;
         let lifted = improve_worst(&on.half_edges, &mut mesh.vertices, &on.fixed, &self.model.target);
-        let (flips, taken_back) = (flips.flip_count(device)?, relaxation.undone(device)?);
+        let [flips, taken_back] = [done.first(&flips)?, done.first(&undone)?].map(|count| count as usize);
         Ok(Polished { flips, taken_back, lifted })
     }
 
@@ -149,29 +157,26 @@ impl CoarseToFine<'_> {
         let limits = Limits::new(device, on.mesh.vertices(), None)?;
         let shortest = lengths.iter().copied().fold(1.0, f64::min);
         let far = FAR * shortest * spacing(self.context.surface.area(), on.mesh.vertices());
+        let mut submissions = Submissions::new(device, on.mesh.vertices(), options.rounds)?;
         for round in 0..options.rounds {
-            let begin = f64::from(round) / f64::from(options.rounds);
-            progress.done(begin)?;
+            progress.done(f64::from(round) / f64::from(options.rounds))?;
             if round >= FEW_FIT_ROUNDS && progress.leave_out() {
                 break;
             }
-            let mut recorder = Recorder::new(device)?;
-            fit.record(&mut recorder)?;
+            let recorder = submissions.next_round()?;
+            fit.record(recorder)?;
             if round == 0 {
-                samples.record_tree(&mut recorder, surface)?;
+                samples.record_tree(recorder, surface)?;
             }
-            samples.record(&mut recorder, &fit, surface, &on.under, far as f32)?;
-            inward.record(&mut recorder, &fit)?;
-            recorder.submit()?;
-            progress.done(begin + 0.5 / f64::from(options.rounds))?;
-            let mut recorder = Recorder::new(device)?;
-            equations.record(&mut recorder, &fit, &samples, &inward)?;
-            equations.record_solve(&mut recorder, &fit, SOLVER_STEPS)?;
-            limits.record(&mut recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;
-            recorder.submit()?;
+            samples.record(recorder, &fit, surface, &on.under, far as f32)?;
+            inward.record(recorder, &fit)?;
+            equations.record(recorder, &fit, &samples, &inward)?;
+            equations.record_solve(recorder, &fit, SOLVER_STEPS)?;
+            limits.record(recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;
         }
-        on.mesh.read_positions(device, &on.fixed, &mut mesh.vertices)?;
-        Ok(())
+        let mut recorder = submissions.into_last();
+        let positions = on.mesh.download_positions(&mut recorder)?;
+        read_positions(&recorder.submit()?, &positions, &on.fixed, &mut mesh.vertices)
     }
 
     /// The vertices of the surface, each with a triangle of the mesh near it; `under` has the triangles that

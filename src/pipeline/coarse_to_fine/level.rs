@@ -1,7 +1,7 @@
 //! One level of the default pipeline: a number of sites, relaxed on the device.
 
 use crate::Result;
-use crate::gpu::{Buffer, Device, Recorder};
+use crate::gpu::{Buffer, Device, Download, Recorder, Submitted};
 use crate::pipeline::near_sites::LIST;
 use crate::pipeline::submission::{Pace, require_moves};
 use crate::progress::ProgressReporter;
@@ -17,7 +17,7 @@ use crate::stages::records::TriangleRecords;
 use crate::stages::site_layout::SiteLayout;
 use crate::stages::sizing::{DeviceSizes, Sizing};
 use crate::stages::step::{KeepOff, Settle};
-use glam::{Vec2, Vec4};
+use glam::Vec4;
 use rayon::prelude::*;
 
 /// Lists are built again when a site has moved by more than this fraction of its reach.
@@ -28,6 +28,9 @@ const WIDEST: f64 = 2.5;
 const EXACT: u32 = 10;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
+/// Largest product of sites and checks in a submission of a coarse level: at each check, all results are
+/// copied, some 110 bytes a site. What follows the check at which the step is small enough is in vain.
+const CHECKED: usize = 1 << 19;
 /// With at most this many sites, all results are copied to the host at once.
 const SMALL: usize = 1 << 16;
 
@@ -88,6 +91,8 @@ pub(crate) struct Level {
     spacing: f64,
     iterations: u32,
     moves: Moves,
+    /// Checks of the step size in a submission, at most.
+    checks: u32,
 }
 
 /// The surface on the device.
@@ -117,6 +122,15 @@ pub(crate) struct Relaxed {
     pub flags: FlagCounts,
 }
 
+/// What is copied to the host in the end.
+struct Results {
+    positions: Download<Vec4>,
+    triangles: Download<u32>,
+    walked: Download<Vec4>,
+    counts: Vec<Download<u32>>,
+    near: Option<Download<u32>>,
+}
+
 impl Level {
     /// Compiles all kernels for surfaces without curves, in parallel; later levels find them ready.
     ///
@@ -136,7 +150,7 @@ impl Level {
     }
 
     pub fn new(device: &Device, start: &Start, options: &LevelOptions) -> Result<Self> {
-        let LevelOptions { spacing, has_sizes, iterations, moves, .. } = *options;
+        let LevelOptions { spacing, has_sizes, iterations, moves, is_last } = *options;
         let Start { sites, pinned } = start;
         let n = sites.len();
         let curves = pinned.is_some();
@@ -158,6 +172,8 @@ impl Level {
             spacing,
             iterations,
             moves,
+            // The last level may be ended early, so it does not compute what may be left out.
+            checks: if is_last || n > SMALL { 1 } else { (CHECKED / n.max(1)) as u32 },
         })
     }
 
@@ -183,32 +199,53 @@ impl Level {
         self.settle.record_begin(&mut recorder)?;
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
-        recorder.submit()?;
-        progress.poll()?;
-        let mut pace = Pace::new(start.sites.len(), PER_CHECK);
-        while (steps.len() as u32) < self.iterations {
+        let mut pace = Pace::new(start.sites.len(), PER_CHECK * self.checks);
+        loop {
             let begin = steps.len() as u32;
-            let check = ((begin / PER_CHECK + 1) * PER_CHECK).min(self.iterations);
-            let end = (begin + pace.iterations).min(check);
+            let end = self.end_of_submission(begin, pace.iterations);
             pace.begin();
-            let mut recorder = Recorder::new(device)?;
+            // Of each iteration that may be the last.
+            let mut results = Vec::new();
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, surface, iteration)?;
+                let end = iteration + 1;
+                if end == self.iterations || (self.is_check(end) && self.is_small()) {
+                    results.push((end, self.record_results(&mut recorder)?));
+                }
             }
             let history = recorder.download(&self.settle.history)?;
-            let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
-            pace.end(end - begin);
-            let new = &history[begin as usize..end as usize];
-            steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
-            let step = steps.last().copied().unwrap_or(0.0);
-            progress.iterated(end, self.iterations, step)?;
-            let converged = end == check && step < tolerance;
-            if converged || (end < self.iterations && progress.leave_out()) {
-                break;
+            let done = recorder.submit()?;
+            pace.end((end - begin).max(1));
+            let history = done.view(&history)?;
+            let step = |iteration: u32| f64::from(history[iteration as usize].x) / self.spacing;
+            let converged = (begin..end).find(|i| self.is_check(i + 1) && step(*i) < tolerance);
+            let end = converged.map_or(end, |i| i + 1);
+            steps.extend((begin..end).map(step));
+            progress.iterated(end, self.iterations, steps.last().copied().unwrap_or(0.0))?;
+            if end == self.iterations || converged.is_some() || progress.leave_out() {
+                require_moves(device, &steps)?;
+                return match results.iter().find(|(last, _)| *last == end) {
+                    Some((_, results)) => self.relaxed(device, &done, results, steps),
+                    None => {
+                        let mut recorder = Recorder::new(device)?;
+                        let results = self.record_results(&mut recorder)?;
+                        self.relaxed(device, &recorder.submit()?, &results, steps)
+                    }
+                };
             }
+            recorder = Recorder::new(device)?;
         }
-        require_moves(device, &steps)?;
-        self.read(device, steps)
+    }
+
+    /// Whether the step size is checked after this many iterations.
+    fn is_check(&self, iterations: u32) -> bool {
+        iterations.is_multiple_of(PER_CHECK) || iterations == self.iterations
+    }
+
+    /// After which iteration a submission ends that has at most `most` of them: at a check if it gets to one.
+    fn end_of_submission(&self, begin: u32, most: u32) -> u32 {
+        let end = (begin + most).min(self.iterations);
+        (begin + 1..=end).rev().find(|end| self.is_check(*end)).unwrap_or(end)
     }
 
     /// Neighbours → normals → face and centroid → project → step.
@@ -252,31 +289,47 @@ impl Level {
         self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
     }
 
-    fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
-        let mut recorder = Recorder::new(device)?;
-        let positions = recorder.download(&self.sites)?;
-        let triangles = recorder.download(&self.site_triangle)?;
-        let walked = recorder.download(&self.walk.normals)?;
-        let counts = self.faces.download_counts(&mut recorder)?;
-        let neighbours = &self.lists.neighbours;
+    /// Whether all results are copied to the host at once.
+    fn is_small(&self) -> bool {
+        self.lists.neighbours.sites() <= SMALL
+    }
+
+    /// Records copies of the results.
+    fn record_results(&self, recorder: &mut Recorder) -> Result<Results> {
         // Of many sites one copy after the other, for what they take of the memory.
-        let is_small = neighbours.sites() <= SMALL;
-        let near = if is_small { neighbours.download(&mut recorder)? } else { None };
-        let downloads = recorder.submit()?;
-        let triangles: Vec<u32> = downloads.read(&triangles)?;
-        let positions = self.layout.unpack(downloads.view(&positions)?, triangles.len());
+        let near = if self.is_small() { self.lists.neighbours.download(recorder)? } else { None };
+        Ok(Results {
+            positions: recorder.download(&self.sites)?,
+            triangles: recorder.download(&self.site_triangle)?,
+            walked: recorder.download(&self.walk.normals)?,
+            counts: self.faces.download_counts(recorder)?,
+            near,
+        })
+    }
+
+    /// The results from their copies.
+    fn relaxed(
+        &self,
+        device: &Device,
+        done: &Submitted,
+        results: &Results,
+        steps: Vec<f64>,
+    ) -> Result<Relaxed> {
+        let triangles: Vec<u32> = done.read(&results.triangles)?;
+        let positions = self.layout.unpack(done.view(&results.positions)?, triangles.len());
         let last = (steps.len() as u32).checked_sub(1);
-        let open = |last| self.faces.read_counts(&downloads, &counts, last).map(|counts| counts.open);
+        let open = |last| self.faces.read_counts(done, &results.counts, last).map(|counts| counts.open);
+        let near = results.near.as_ref();
         Ok(Relaxed {
             sites: SitesOnSurface {
                 positions: positions.into_par_iter().map(|p| p.as_dvec3()).collect(),
                 triangles,
             },
             // They may be from before the last moves; they are candidates, no more.
-            near: near.map_or_else(|| neighbours.to_vec(device), |near| downloads.read(&near))?,
+            near: near.map_or_else(|| self.lists.neighbours.to_vec(device), |near| done.read(near))?,
             flags: FlagCounts {
                 unbounded: last.map_or(Ok(0), open)?,
-                walk_stopped: Walk::stopped(downloads.view(&walked)?),
+                walk_stopped: Walk::stopped(done.view(&results.walked)?),
                 ..FlagCounts::default()
             },
             steps,

@@ -3,7 +3,7 @@
 use super::mesh::FitMesh;
 use crate::Result;
 use crate::gpu::kernels::fit::{accept, clamp, extremes, hold, shorten, spoiled};
-use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Threads};
 use crate::stages::polish::work_list::WorkList;
 use glam::Vec4;
 
@@ -86,11 +86,11 @@ impl Limits {
         recorder.dispatch(&self.accept, vertices, &accept::Push { vertex_count }, &bindings)
     }
 
-    /// How many moves were shortened in all; waits for the device.
+    /// Records a copy of the number of moves that were shortened in all.
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn held(&self, device: &Device) -> Result<usize> {
-        self.held.read_count(device)
+    /// As [`Recorder::download`].
+    pub fn download_held(&self, recorder: &mut Recorder) -> Result<Download<u32>> {
+        self.held.download_count(recorder)
     }
 }

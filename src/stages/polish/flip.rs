@@ -4,7 +4,7 @@ use super::mesh::DeviceMesh;
 use super::work_list::WorkList;
 use crate::Result;
 use crate::gpu::kernels::polish::{claim, flip, wanted, win};
-use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Threads};
 
 /// Passes of a sweep. In each, edges are flipped that have the vertices around them to themselves; what then
 /// is left, and still pays, comes in the next pass or sweep.
@@ -77,11 +77,11 @@ impl Flips {
         Ok(())
     }
 
-    /// How many edges were flipped in all; waits for the device.
+    /// Records a copy of the number of edges that were flipped in all.
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn flip_count(&self, device: &Device) -> Result<usize> {
-        self.candidates.read_count(device)
+    /// As [`Recorder::download`].
+    pub fn download_flips(&self, recorder: &mut Recorder) -> Result<Download<u32>> {
+        self.candidates.download_count(recorder)
     }
 }

@@ -1,6 +1,6 @@
 //! A mesh with its half-edges on the device.
 
-use crate::gpu::{Buffer, Device, Recorder};
+use crate::gpu::{Buffer, Device, Download, Recorder, Submitted};
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec4};
@@ -62,9 +62,7 @@ impl DeviceMesh {
 
     /// Uploads where the vertices are now; `lengths` as in [`crate::polish::ConstrainedMesh`].
     pub(crate) fn write(&self, device: &Device, points: &[DVec3], lengths: &[f64]) -> Result<()> {
-        let mut recorder = Recorder::new(device)?;
-        recorder.upload(&self.positions, &packed(points, lengths))?;
-        recorder.submit().map(drop)
+        self.positions.write(device, &packed(points, lengths))
     }
 
     /// Number of vertices.
@@ -77,39 +75,65 @@ impl DeviceMesh {
         self.corners.len() / 3
     }
 
-    /// Waits for the device, and reads what flips have made of the mesh into `half_edges`.
+    /// Records a copy of the half-edges, for [`HalfEdgeCopy::read`].
     ///
     /// # Errors
-    /// As [`crate::gpu::Recorder::submit`].
-    pub(crate) fn read_half_edges(&self, device: &Device, half_edges: &mut HalfEdgeMesh) -> Result<()> {
-        let mut recorder = Recorder::new(device)?;
-        let lists = [&self.states, &self.corners, &self.twins, &self.firsts];
-        let lists = lists.map(|list| recorder.download(list));
-        let downloads = recorder.submit()?;
-        let [states, corners, twins, firsts] = lists.map(|list| downloads.view(&list?));
-        let (states, corners, twins, firsts) = (states?, corners?, twins?, firsts?);
+    /// As [`Recorder::download`].
+    pub(crate) fn download_half_edges(&self, recorder: &mut Recorder) -> Result<HalfEdgeCopy> {
+        let [states, corners, twins, firsts] =
+            [&self.states, &self.corners, &self.twins, &self.firsts].map(|list| recorder.download(list));
+        Ok(HalfEdgeCopy { states: states?, corners: corners?, twins: twins?, firsts: firsts? })
+    }
+
+    /// Records a copy of the positions, for [`read_positions`].
+    ///
+    /// # Errors
+    /// As [`Recorder::download`].
+    pub(crate) fn download_positions(&self, recorder: &mut Recorder) -> Result<Download<Vec4>> {
+        recorder.download(&self.positions)
+    }
+}
+
+/// The half-edges of a mesh on their way to the host.
+pub(crate) struct HalfEdgeCopy {
+    states: Download<u32>,
+    corners: Download<u32>,
+    twins: Download<u32>,
+    firsts: Download<u32>,
+}
+
+impl HalfEdgeCopy {
+    /// Reads what flips have made of the mesh into `half_edges`.
+    ///
+    /// # Errors
+    /// As [`Submitted::read`].
+    pub fn read(&self, done: &Submitted, half_edges: &mut HalfEdgeMesh) -> Result<()> {
+        let (states, corners) = (done.view(&self.states)?, done.view(&self.corners)?);
+        let (twins, firsts) = (done.view(&self.twins)?, done.view(&self.firsts)?);
         let valences = states.iter().map(|state| state & !FIXED).collect();
         let (triangles, twins) = rayon::join(|| corners.as_chunks().0.to_vec(), || twins.to_vec());
         half_edges.replace(triangles, twins, firsts, valences);
         Ok(())
     }
+}
 
-    /// Waits for the device, and reads the positions of the vertices that are not `fixed` into `points`.
-    ///
-    /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub(crate) fn read_positions(&self, device: &Device, fixed: &[bool], points: &mut [DVec3]) -> Result<()> {
-        let mut recorder = Recorder::new(device)?;
-        let positions = recorder.download(&self.positions)?;
-        let downloads = recorder.submit()?;
-        let positions = downloads.view(&positions)?;
-        points.par_iter_mut().zip(positions).enumerate().for_each(|(v, (point, position))| {
-            if !fixed.get(v).copied().unwrap_or(false) {
-                *point = position.truncate().as_dvec3();
-            }
-        });
-        Ok(())
-    }
+/// Reads the positions of the vertices that are not `fixed` into `points`.
+///
+/// # Errors
+/// As [`Submitted::read`].
+pub(crate) fn read_positions(
+    done: &Submitted,
+    positions: &Download<Vec4>,
+    fixed: &[bool],
+    points: &mut [DVec3],
+) -> Result<()> {
+    let positions = done.view(positions)?;
+    points.par_iter_mut().zip(positions).enumerate().for_each(|(v, (point, position))| {
+        if !fixed.get(v).copied().unwrap_or(false) {
+            *point = position.truncate().as_dvec3();
+        }
+    });
+    Ok(())
 }
 
 /// Positions in the device's form, with the target edge lengths.

@@ -4,7 +4,7 @@ use super::mesh::DeviceMesh;
 use super::work_list::WorkList;
 use crate::Result;
 use crate::gpu::kernels::polish::{accept, folded, land, relax, spread};
-use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Threads};
 use crate::stages::project::walk::Walk;
 use crate::stages::records::TriangleRecords;
 use glam::{UVec4, Vec4};
@@ -87,11 +87,11 @@ impl Relaxation {
         recorder.dispatch(&self.accept, vertices, &accept::Push { vertex_count }, &bindings)
     }
 
-    /// How many moves were undone in all; waits for the device.
+    /// Records a copy of the number of moves that were undone in all.
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn undone(&self, device: &Device) -> Result<usize> {
-        self.undone.read_count(device)
+    /// As [`Recorder::download`].
+    pub fn download_undone(&self, recorder: &mut Recorder) -> Result<Download<u32>> {
+        self.undone.download_count(recorder)
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::Result;
 use crate::gpu::kernels::polish::advance;
-use crate::gpu::{Buffer, Device, Kernel, Pipeline, Recorder, Threads};
+use crate::gpu::{Buffer, Device, Download, Kernel, Pipeline, Recorder, Threads};
 use glam::UVec4;
 
 /// Length of the list, begin and end of the current part, a number that kernels count up, and two for kernels
@@ -65,11 +65,11 @@ impl WorkList {
         recorder.dispatch(&self.advance, Threads(1), &push, &bindings)
     }
 
-    /// What kernels have counted in all; waits for the device.
+    /// Records a copy of what kernels have counted in all, for [`crate::gpu::Submitted::first`].
     ///
     /// # Errors
-    /// As [`Buffer::to_vec`].
-    pub fn read_count(&self, device: &Device) -> Result<usize> {
-        Ok(self.counters.to_vec(device)?.get(COUNTED).map_or(0, |count| *count as usize))
+    /// As [`Recorder::download`].
+    pub fn download_count(&self, recorder: &mut Recorder) -> Result<Download<u32>> {
+        recorder.download(&self.counters.window(COUNTED, 1)?)
     }
 }
