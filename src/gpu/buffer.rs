@@ -51,7 +51,8 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// An uninitialised buffer with a dotted name such as `rtf.face.polygons`.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] with the name, if it is larger than a kernel can be given or than what is free.
+    /// [`Error::OutOfMemory`] with the name, if it is larger than a kernel can be given or than what is free;
+    /// those of [`Recorder::submit`], since waiting uploads are sent where memory is short.
     pub fn new(device: &Device, name: &str, len: usize) -> Result<Self> {
         let bytes = Self::bytes_for(len);
         let most = device.info().limits.storage_buffer_bytes;
@@ -70,7 +71,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// Like [`Buffer::new`], but it may be larger than a kernel can be given: kernels get windows of it.
     ///
     /// # Errors
-    /// [`Error::OutOfMemory`] with the name, if it is larger than what is free.
+    /// [`Error::OutOfMemory`] with the name, if it is larger than what is free; else as [`Buffer::new`].
     pub fn of_windows(device: &Device, name: &str, len: usize) -> Result<Self> {
         let bytes = Self::bytes_for(len);
         let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER

@@ -261,6 +261,11 @@ impl Device {
         size.min(memory_bytes.unwrap_or(u64::MAX))
     }
 
+    /// Whether [`DeviceOptions::memory_bytes`] limits the memory.
+    pub(crate) fn has_memory_limit(&self) -> bool {
+        self.shared.memory_bytes.is_some()
+    }
+
     /// Peak of the allocated buffer sizes, in bytes.
     pub fn peak_bytes(&self) -> u64 {
         self.shared.peak_bytes.load(Ordering::Relaxed)

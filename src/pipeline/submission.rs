@@ -20,6 +20,7 @@ pub(crate) struct Pace {
 impl Pace {
     /// For this many sites, with at most this many iterations.
     pub fn new(sites: usize, most: u32) -> Self {
+        let most = most.max(1);
         let first = u32::try_from(FIRST / sites.max(1)).unwrap_or(most);
         Self { iterations: first.clamp(1, most), most, begun: Instant::now() }
     }
@@ -66,6 +67,18 @@ impl<'a> Submissions<'a> {
             self.rounds = 0;
         }
         self.rounds += 1;
+        Ok(&mut self.recorder)
+    }
+
+    /// Submits what the round has so far, where a round is long enough for a submission.
+    ///
+    /// # Errors
+    /// As [`Recorder::submit`].
+    pub fn divide(&mut self) -> Result<&mut Recorder> {
+        if self.pace.iterations == 1 {
+            let half = std::mem::replace(&mut self.recorder, Recorder::new(self.device)?);
+            half.submit()?;
+        }
         Ok(&mut self.recorder)
     }
 

@@ -93,7 +93,7 @@ impl IntersectingPairs {
         }
         let mut pairs = done.read(&first)?;
         if count > pairs.len() {
-            pairs = self.pairs.to_vec(device)?;
+            pairs = self.pairs.window(0, count)?.to_vec(device)?;
         }
         pairs.truncate(count);
         Ok(Some(pairs.into_iter().map(|pair| pair.to_array()).collect()))

@@ -83,6 +83,9 @@ fn the_device_polishes_and_fits_as_the_host_does() {
         assert!(rms(&got) < 1.1 * rms(&want) + 1e-4, "{name}: {} for {}", rms(&got), rms(&want));
         assert_eq!(got.mesh, remesh(&polishing, &input, &options).unwrap().mesh, "{name}, once more");
     }
+    // Nothing to do is no fault.
+    let unpolished = Options::new(400).iterations(4).polish_rounds(0);
+    assert_eq!(remesh(&polishing, &sample("torus").unwrap(), &unpolished).unwrap().mesh.vertices.len(), 400);
     assert_valid(&host);
     assert_valid(&polishing);
     // Faces that intersect others, as in the input.

@@ -170,6 +170,7 @@ impl CoarseToFine<'_> {
             }
             samples.record(recorder, &fit, surface, &on.under, far as f32)?;
             inward.record(recorder, &fit)?;
+            let recorder = submissions.divide()?;
             equations.record(recorder, &fit, &samples, &inward)?;
             equations.record_solve(recorder, &fit, SOLVER_STEPS)?;
             limits.record(recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;

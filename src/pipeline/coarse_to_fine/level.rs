@@ -91,7 +91,7 @@ pub(crate) struct Level {
     spacing: f64,
     iterations: u32,
     moves: Moves,
-    /// Checks of the step size in a submission, at most.
+    /// Checks of the step size in a submission, at most. With more than one, each has copies of the results.
     checks: u32,
 }
 
@@ -158,6 +158,9 @@ impl Level {
         let layout = if curves { SiteLayout::Marked } else { SiteLayout::fitting(device, n) };
         let lists = Lists::new(device, n, &ListOptions { layout, ..ListOptions::in_blocks(device, LIST) })?;
         let faces = PlanarOptions { layout, ..PlanarOptions::new(LIST, iterations) };
+        // The last level may be ended early, so it does not compute what may be left out.
+        let has_few_checks =
+            is_last || n > SMALL || device.has_memory_limit() || lists.neighbours.blocks().len() > 1;
         Ok(Self {
             sites: layout.buffer(device, "default.sites", n)?,
             layout,
@@ -172,8 +175,7 @@ impl Level {
             spacing,
             iterations,
             moves,
-            // The last level may be ended early, so it does not compute what may be left out.
-            checks: if is_last || n > SMALL { 1 } else { (CHECKED / n.max(1)) as u32 },
+            checks: if has_few_checks { 1 } else { (CHECKED / n.max(1)) as u32 },
         })
     }
 
@@ -209,7 +211,7 @@ impl Level {
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, surface, iteration)?;
                 let end = iteration + 1;
-                if end == self.iterations || (self.is_check(end) && self.is_small()) {
+                if end == self.iterations || (self.is_check(end) && self.checks > 1) {
                     results.push((end, self.record_results(&mut recorder)?));
                 }
             }
@@ -242,10 +244,13 @@ impl Level {
         iterations.is_multiple_of(PER_CHECK) || iterations == self.iterations
     }
 
-    /// After which iteration a submission ends that has at most `most` of them: at a check if it gets to one.
+    /// After which iteration a submission ends that has at most `most` of them: at a check if it gets to one,
+    /// at the last where each has copies of the results.
     fn end_of_submission(&self, begin: u32, most: u32) -> u32 {
         let end = (begin + most).min(self.iterations);
-        (begin + 1..=end).rev().find(|end| self.is_check(*end)).unwrap_or(end)
+        let mut checks = (begin + 1..=end).filter(|end| self.is_check(*end));
+        let last = if self.checks > 1 { checks.next_back() } else { checks.next() };
+        last.unwrap_or(end)
     }
 
     /// Neighbours → normals → face and centroid → project → step.
