@@ -81,7 +81,7 @@ impl Hazards {
     /// One global barrier clears everything before it, which costs less than one barrier a buffer. With
     /// `always` there is a barrier before every command.
     pub fn barrier_before(&mut self, stage: Stage, uses: &[Use], always: bool) -> Option<Barrier> {
-        // There are few, since most commands need a barrier.
+        // There are few, since most dispatches need a barrier.
         let conflict = uses.iter().any(|new| self.pending.iter().any(|old| old.conflicts(new)));
         let (flag, write) = match stage {
             Stage::Compute => (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),

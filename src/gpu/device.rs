@@ -398,7 +398,7 @@ impl Shared {
 
     /// Whether its instance is to stay until the process ends: that of the first GPU, since a driver that is
     /// unloaded may not load again. NVIDIA's needs memory for threads' own variables, of which the C library
-    /// has little; and loading it takes a tenth of a second.
+    /// has little.
     fn keeps_driver(&self) -> bool {
         self.info.kind != "cpu" && !KEEPS_DRIVER.swap(true, Ordering::Relaxed)
     }

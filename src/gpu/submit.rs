@@ -20,7 +20,7 @@ impl Recorder {
     /// [`Error::DeviceLost`] or [`Error::Device`].
     pub fn submit(mut self) -> Result<Submitted> {
         self.shared.require_own()?;
-        let last = self.recorded.last().map_or("an empty submission", |command| command.name);
+        let last = self.recorded.last().map_or("uploads that waited", |command| command.name);
         let failed = |e| vk_error(last, e);
         let (raw, longest) = (self.shared.raw.clone(), self.shared.longest_wait());
         let transfers = self.transfers.clone();

@@ -159,7 +159,8 @@ impl CoarseToFine<'_> {
         let far = FAR * shortest * spacing(self.context.surface.area(), on.mesh.vertices());
         let mut submissions = Submissions::new(device, on.mesh.vertices(), options.rounds)?;
         for round in 0..options.rounds {
-            progress.done(f64::from(round) / f64::from(options.rounds))?;
+            let begin = f64::from(round) / f64::from(options.rounds);
+            progress.done(begin)?;
             if round >= FEW_FIT_ROUNDS && progress.leave_out() {
                 break;
             }
@@ -171,6 +172,7 @@ impl CoarseToFine<'_> {
             samples.record(recorder, &fit, surface, &on.under, far as f32)?;
             inward.record(recorder, &fit)?;
             let recorder = submissions.divide()?;
+            progress.done(begin + 0.5 / f64::from(options.rounds))?;
             equations.record(recorder, &fit, &samples, &inward)?;
             equations.record_solve(recorder, &fit, SOLVER_STEPS)?;
             limits.record(recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;

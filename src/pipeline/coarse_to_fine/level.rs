@@ -31,6 +31,8 @@ const PER_CHECK: u32 = 10;
 /// Largest product of sites and checks in a submission of a coarse level: at each check, all results are
 /// copied, some 110 bytes a site. What follows the check at which the step is small enough is in vain.
 const CHECKED: usize = 1 << 19;
+/// Checks in a submission of a coarse level, at most: each has copies of its own.
+const MOST_CHECKS: usize = 16;
 /// With at most this many sites, all results are copied to the host at once.
 const SMALL: usize = 1 << 16;
 
@@ -175,7 +177,7 @@ impl Level {
             spacing,
             iterations,
             moves,
-            checks: if has_few_checks { 1 } else { (CHECKED / n.max(1)) as u32 },
+            checks: if has_few_checks { 1 } else { (CHECKED / n.max(1)).min(MOST_CHECKS) as u32 },
         })
     }
 
