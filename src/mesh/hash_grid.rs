@@ -32,6 +32,22 @@ impl<T: Copy> HashGrid<T> {
         self.buckets[bucket].push(item);
     }
 
+    /// Files `item` in all cells with points within `reach` of `p`, where [`HashGrid::in_cell`] finds it.
+    pub fn insert_around(&mut self, p: DVec3, reach: f64, item: T) {
+        let [low, high] = [p - reach, p + reach].map(|corner| self.cell(corner));
+        for (x, y) in (low[0]..=high[0]).flat_map(|x| (low[1]..=high[1]).map(move |y| (x, y))) {
+            for z in low[2]..=high[2] {
+                let bucket = self.bucket([x, y, z]);
+                self.buckets[bucket].push(item);
+            }
+        }
+    }
+
+    /// The items filed in the cell of `p`, and perhaps others; some more than once.
+    pub fn in_cell(&self, p: DVec3) -> &[T] {
+        &self.buckets[self.bucket(self.cell(p))]
+    }
+
     /// Whether `accept` holds for any item within a side of `p`; it may be called for items farther away, and
     /// more than once for an item.
     pub fn any(&self, p: DVec3, mut accept: impl FnMut(T) -> bool) -> bool {

@@ -7,6 +7,7 @@ use crate::sites::nearby::vertices_without;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A vertex of the surface farther from the result than this many edge lengths is missing there.
 pub(crate) const MISSING: f64 = 1.5;
@@ -70,6 +71,12 @@ pub(crate) fn far_vertices(
     Ok(far.into_iter().map(|(_, v)| v).collect())
 }
 
+/// Cells of the grid in which [`farthest_vertex`] looks have this many times the distance as their side: few
+/// points are then in more than one.
+const SIDE: f64 = 4.0;
+/// Fewer vertices of the result than this are looked at by one thread.
+const FEW: usize = 1024;
+
 /// Vertices of the surface that [`farthest_vertex`] tries at most.
 const TRIED: usize = 5_000;
 
@@ -77,14 +84,21 @@ const TRIED: usize = 5_000;
 /// `most`; `None` if none is.
 pub(crate) fn farthest_vertex(surface: &TriMesh, result: &TriMesh, most: f64) -> Option<f64> {
     let most_sq = most * most;
-    let mut grid = HashGrid::new(most, result.vertices.len());
-    (0..).zip(&result.vertices).for_each(|(v, at): (u32, _)| grid.insert(*at, v));
-    let has_none = |point: &DVec3| {
-        !grid.any(*point, |v: u32| result.vertices[v as usize].distance_squared(*point) <= most_sq)
-    };
     let step = surface.vertices.len().div_ceil(TRIED).max(1);
     let tried: Vec<DVec3> = surface.vertices.iter().copied().step_by(step).collect();
-    let left: Vec<DVec3> = tried.into_par_iter().filter(has_none).collect();
+    // The grid has the few points that are tried, not the many vertices, of which threads look at parts.
+    let mut grid = HashGrid::new(SIDE * most, tried.len());
+    (0..).zip(&tried).for_each(|(p, at): (u32, _)| grid.insert_around(*at, most, p));
+    let has_one: Vec<AtomicBool> = tried.iter().map(|_| AtomicBool::new(false)).collect();
+    result.vertices.par_iter().with_min_len(FEW).for_each(|vertex| {
+        for &p in grid.in_cell(*vertex) {
+            if tried[p as usize].distance_squared(*vertex) <= most_sq {
+                has_one[p as usize].store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    let left = tried.into_iter().zip(has_one).filter(|(_, has_one)| !has_one.load(Ordering::Relaxed));
+    let left: Vec<DVec3> = left.map(|(point, _)| point).collect();
     if left.is_empty() {
         return None;
     }
@@ -92,4 +106,28 @@ pub(crate) fn farthest_vertex(surface: &TriMesh, result: &TriMesh, most: f64) ->
     let distance_sq = |point: DVec3| bvh.closest(point).map(|found| found.distance_sq);
     let far: Vec<f64> = left.into_par_iter().filter_map(distance_sq).collect();
     far.into_iter().filter(|far| *far > most_sq).max_by(f64::total_cmp).map(f64::sqrt)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn the_farthest_vertex_is_found_if_it_is_far_enough() {
+        let surface = sample("genus3").unwrap();
+        let mut result = surface.clone();
+        // Without the triangles and vertices of one end.
+        let last = surface.vertices.iter().map(|p| p.x).fold(f64::NEG_INFINITY, f64::max);
+        let gone = |p: DVec3| p.x > last - 0.3;
+        result.triangles.retain(|t| !t.iter().any(|v| gone(surface.vertices[*v as usize])));
+        result.vertices.iter_mut().filter(|p| gone(**p)).for_each(|p| *p = surface.vertices[0]);
+        let bvh = Bvh::new(&result);
+        let distance = |p: &DVec3| bvh.closest(*p).map_or(0.0, |found| found.distance_sq.sqrt());
+        let farthest = surface.vertices.iter().map(distance).fold(0.0, f64::max);
+        assert!(farthest > 0.2, "{farthest}");
+        assert_eq!(farthest_vertex(&surface, &result, 0.1), Some(farthest));
+        assert_eq!(farthest_vertex(&surface, &result, 1.01 * farthest), None);
+        assert_eq!(farthest_vertex(&surface, &surface, 1e-9), None);
+    }
 }
