@@ -1,7 +1,11 @@
 //! Half-edge mesh that supports edge flips.
 
 use super::NONE;
-use super::half_edges::{next, previous, twins};
+use super::half_edges::{next, par_fold_corners, previous, twins};
+use rayon::prelude::*;
+
+/// Fewer vertices or half-edges than this are looked at by one thread.
+const FEW: usize = 4096;
 
 /// How the triangles around a vertex are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,12 +49,12 @@ impl HalfEdgeMesh {
     /// if an index is out of range.
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let mut twin = twins(&triangles);
-        for (h, twin) in (0u32..).zip(&mut twin) {
-            // Two half-edges of one triangle, which then repeats a vertex, are not an edge between two.
-            if *twin != NONE && *twin / 3 == h / 3 {
+        // Two half-edges of one triangle, which then repeats a vertex, are not an edge between two.
+        twin.par_iter_mut().with_min_len(FEW).enumerate().for_each(|(h, twin)| {
+            if *twin != NONE && *twin as usize / 3 == h / 3 {
                 *twin = NONE;
             }
-        }
+        });
         let mut mesh = Self {
             triangles,
             twin,
@@ -75,37 +79,40 @@ impl HalfEdgeMesh {
 
     /// Begins the ring of each vertex at its first half-edge, but at a boundary where its open fan begins.
     fn begin_rings(&mut self) {
-        self.first.fill(NONE);
-        for (h, &v) in (0u32..).zip(self.triangles.as_flattened()) {
-            if self.first[v as usize] == NONE || self.twin[h as usize] == NONE {
-                self.first[v as usize] = h;
+        let Self { triangles, first, twin, .. } = self;
+        first.fill(NONE);
+        par_fold_corners(triangles.as_flattened(), first, |first, h| {
+            if *first == NONE || twin[h as usize] == NONE {
+                *first = h;
             }
-        }
+        });
     }
 
     fn classify(&mut self) {
         self.begin_rings();
-        let mut leaving = vec![0u32; self.first.len()];
-        self.triangles.as_flattened().iter().for_each(|v| leaving[*v as usize] += 1);
-        for (v, &leaving) in leaving.iter().enumerate() {
-            let first = self.first[v];
+        // The half-edges that leave each vertex are counted where its valence will be.
+        let Self { triangles, first, twin, kind, valence, .. } = self;
+        par_fold_corners(triangles.as_flattened(), valence, |leaving, _| *leaving += 1);
+        let vertices = first.par_iter().zip(kind).zip(valence).with_min_len(FEW);
+        vertices.for_each(|((&first, kind), valence)| {
+            let leaving = std::mem::take(valence);
             if first == NONE {
-                continue;
+                return;
             }
             let (mut h, mut reached) = (first, 0);
             while reached < leaving {
                 reached += 1;
-                h = self.twin[previous(h) as usize];
+                h = twin[previous(h) as usize];
                 if h == NONE || h == first {
                     break;
                 }
             }
             if reached < leaving || (h != NONE && h != first) {
-                continue;
+                return;
             }
-            self.kind[v] = if h == NONE { VertexKind::Boundary } else { VertexKind::Inner };
-            self.valence[v] = leaving + u32::from(h == NONE);
-        }
+            *kind = if h == NONE { VertexKind::Boundary } else { VertexKind::Inner };
+            *valence = leaving + u32::from(h == NONE);
+        });
     }
 
     /// The patch of a triangle, the same before and after flips.
@@ -172,7 +179,7 @@ impl HalfEdgeMesh {
         let first = |(first, kind): (&u32, &VertexKind)| {
             if *kind == VertexKind::Irregular { NONE } else { *first }
         };
-        self.first.iter().zip(&self.kind).map(first).collect()
+        self.first.par_iter().zip(&self.kind).with_min_len(FEW).map(first).collect()
     }
 
     /// Takes over what flips elsewhere have made of the same mesh: triangles, twins, where rings begin, and
@@ -184,9 +191,9 @@ impl HalfEdgeMesh {
         first: &[u32],
         valence: Vec<u32>,
     ) {
-        for (own, new) in self.first.iter_mut().zip(first) {
+        self.first.par_iter_mut().zip(first).with_min_len(FEW).for_each(|(own, new)| {
             *own = if *new == NONE { *own } else { *new };
-        }
+        });
         (self.triangles, self.twin, self.valence) = (triangles, twin, valence);
     }
 

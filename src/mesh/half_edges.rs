@@ -6,6 +6,7 @@
 use bytemuck::allocation::zeroed_vec;
 use rayon::prelude::*;
 use std::collections::HashSet;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::NONE;
 
@@ -65,8 +66,10 @@ impl HalfEdge {
     }
 }
 
-/// Ranges of buckets that are filled at the same time, at most: each takes a look at everything.
+/// Ranges of buckets or vertices that are filled at the same time, at most: each takes a look at everything.
 const MOST_RANGES: usize = 8;
+/// Fewer corners than this are looked at by one thread.
+const FEW_CORNERS: usize = 1 << 14;
 /// Buckets of half-edges that one thread sorts at a time.
 const BUCKETS: usize = 4096;
 
@@ -135,14 +138,15 @@ impl EdgeTable {
 
     /// See [`twins`]; `triangles` are those that the table was made of.
     pub(crate) fn twins(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
-        let mut twins = vec![NONE; self.half_edges.len()];
-        for edge in self.edges() {
+        // Each is written once, by any thread.
+        let twins: Vec<AtomicU32> = self.half_edges.par_iter().map(|_| AtomicU32::new(NONE)).collect();
+        self.par_edges().for_each(|edge| {
             if let Some([a, b]) = twin_pair(triangles, edge) {
-                twins[a] = b as u32;
-                twins[b] = a as u32;
+                twins[a].store(b as u32, Ordering::Relaxed);
+                twins[b].store(a as u32, Ordering::Relaxed);
             }
-        }
-        twins
+        });
+        twins.into_iter().map(AtomicU32::into_inner).collect()
     }
 }
 
@@ -174,6 +178,27 @@ pub(crate) fn twin_pair(triangles: &[[u32; 3]], edge: &[HalfEdge]) -> Option<[us
     (corners[a] != corners[b]).then_some([a, b])
 }
 
+/// Calls `fold` with the value of the vertex at each of `corners` and with the number of the corner, for each
+/// vertex in ascending order. Panics if an index is out of range.
+pub(crate) fn par_fold_corners<T: Send>(
+    corners: &[u32],
+    values: &mut [T],
+    fold: impl Fn(&mut T, u32) + Sync,
+) {
+    let count = values.len();
+    let ranges = if corners.len() < FEW_CORNERS { 1 } else { rayon::current_num_threads().min(MOST_RANGES) };
+    let wide = count.div_ceil(ranges).max(1);
+    // Every thread looks at all corners and takes those at its own range of vertices.
+    values.par_chunks_mut(wide).enumerate().for_each(|(r, values)| {
+        for (corner, &v) in (0u32..).zip(corners) {
+            assert!((v as usize) < count, "there is no vertex {v}");
+            if let Some(value) = values.get_mut((v as usize).wrapping_sub(r * wide)) {
+                fold(value, corner);
+            }
+        }
+    });
+}
+
 /// For each half-edge the one that runs against it: [`NONE`] at boundaries, where more than two triangles
 /// meet, and where two meet that run the edge in the same direction.
 pub(crate) fn twins(triangles: &[[u32; 3]]) -> Vec<u32> {
@@ -184,6 +209,22 @@ pub(crate) fn twins(triangles: &[[u32; 3]]) -> Vec<u32> {
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn corners_are_folded_in_ascending_order_at_each_vertex() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(4);
+        for (count, vertices) in [(0, 3), (9, 4), (3 * FEW_CORNERS, 5), (3 * FEW_CORNERS, 10_000)] {
+            let corners: Vec<u32> = (0..count).map(|_| rng.random_range(0..vertices as u32)).collect();
+            let mut wanted = vec![Vec::new(); vertices];
+            (0..).zip(&corners).for_each(|(corner, v): (u32, _)| wanted[*v as usize].push(corner));
+            for threads in [1, 3, 16] {
+                let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+                let mut found = vec![Vec::new(); vertices];
+                pool.install(|| par_fold_corners(&corners, &mut found, |list, corner| list.push(corner)));
+                assert_eq!(found, wanted, "{count} corners, {threads} threads");
+            }
+        }
+    }
 
     #[test]
     fn half_edges_are_sorted_by_edge_and_number() {

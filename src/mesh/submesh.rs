@@ -1,5 +1,6 @@
 //! Part of a mesh as a mesh of its own, and meshes put together.
 
+use super::half_edges::par_fold_corners;
 use super::{NONE, TriMesh};
 
 /// New numbers for the vertices that stay, in their old order: [`NONE`] for those that do not. Also the old
@@ -14,7 +15,7 @@ pub(crate) fn renumber(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
 /// Whether each of the vertices belongs to a triangle. Panics if an index is out of range.
 pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
     let mut is_used = vec![false; vertices];
-    triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
+    par_fold_corners(triangles.as_flattened(), &mut is_used, |is_used, _| *is_used = true);
     is_used
 }
 

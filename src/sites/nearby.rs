@@ -1,6 +1,7 @@
 //! For each vertex of the surface a site near it.
 
 use crate::mesh::NONE;
+use crate::mesh::half_edges::par_fold_corners;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +14,12 @@ const FEW: usize = 1024;
 /// connects the vertex with a site. Panics if an index is out of range.
 pub(crate) fn sites_near_vertices(triangles: &[[u32; 3]], vertices: usize, under: &[u32]) -> Vec<u32> {
     let mut near = vec![NONE; vertices];
-    for (site, t) in (0..).zip(under) {
-        give(&mut near, triangles[*t as usize], site);
-    }
+    let corners: Vec<[u32; 3]> = under.par_iter().with_min_len(FEW).map(|t| triangles[*t as usize]).collect();
+    par_fold_corners(corners.as_flattened(), &mut near, |near, corner| {
+        if *near == NONE {
+            *near = corner / 3;
+        }
+    });
     let mut open: Vec<[u32; 3]> = triangles
         .iter()
         .filter(|triangle| triangle.iter().any(|v| near[*v as usize] == NONE))
