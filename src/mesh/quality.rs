@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::TriMesh;
 use super::chunks::par_map_chunks;
-use super::half_edges::{EdgeTable, HalfEdge};
+use super::half_edges::{EdgeTable, HalfEdge, par_fold_corners};
 use super::triangle::{area, doubled_normal};
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
@@ -280,18 +280,23 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
 /// [`valence`] of a mesh that is known to be closed and to have two faces at each edge.
 pub(crate) fn closed_valence(mesh: &TriMesh) -> Valence {
     let mut degree = vec![0u32; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|v| degree[*v as usize] += 1);
+    par_fold_corners(mesh.triangles.as_flattened(), &mut degree, |degree, _| *degree += 1);
     Valence::of(&degree, &vec![false; mesh.vertices.len()])
 }
 
 impl Valence {
     /// Of vertices with these numbers of edges, which are on the boundary or not.
     fn of(degree: &[u32], on_boundary: &[bool]) -> Self {
-        let mut histogram = BTreeMap::new();
         // Every vertex in use has an edge, so that a degree of zero marks the unused ones.
-        for (&degree, _) in degree.iter().zip(on_boundary).filter(|(degree, outer)| **degree > 0 && !**outer)
-        {
-            *histogram.entry(degree).or_insert(0) += 1;
+        let is_counted = |v: &usize| degree[*v] > 0 && !on_boundary[*v];
+        let parts = par_map_chunks(degree.len(), |range| {
+            let mut histogram: BTreeMap<u32, usize> = BTreeMap::new();
+            range.filter(is_counted).for_each(|v| *histogram.entry(degree[v]).or_default() += 1);
+            histogram
+        });
+        let mut histogram: BTreeMap<u32, usize> = BTreeMap::new();
+        for (degree, count) in parts.into_iter().flatten() {
+            *histogram.entry(degree).or_default() += count;
         }
         let interior_vertices: usize = histogram.values().sum();
         let share = |wanted: &dyn Fn(u32) -> bool| {

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
+use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::half_edges::{EdgeTable, HalfEdge, previous, twin_pair};
+use super::half_edges::{EdgeTable, HalfEdge, edge_key, par_fold_corners, previous, twin_pair};
 use super::submesh::used_vertices;
 use super::{NONE, TriMesh};
 
@@ -86,18 +87,18 @@ pub fn topology(mesh: &TriMesh) -> Topology {
 /// [`topology`] of a mesh that is known to be a closed manifold, consistently oriented, with all vertices in
 /// use: only its components need to be counted. Panics if a triangle's index is out of range.
 pub(crate) fn closed_topology(mesh: &TriMesh) -> Topology {
-    let mut components = Partition::new(mesh.vertices.len());
-    for &[a, b, c] in &mesh.triangles {
+    let components = SharedPartition::new(mesh.vertices.len());
+    mesh.triangles.par_iter().with_min_len(FEW).for_each(|&[a, b, c]| {
         components.join(a, b);
         components.join(b, c);
-    }
+    });
     let (vertices, faces) = (mesh.vertices.len(), mesh.triangles.len());
     let edges = 3 * faces / 2;
     let mut topology = Topology {
         vertices,
         edges,
         faces,
-        components: components.count(&vec![true; vertices]),
+        components: components.count(|_| true),
         euler: vertices as i64 - edges as i64 + faces as i64,
         genus: None,
         boundary_edges: 0,
@@ -125,7 +126,7 @@ pub(crate) fn is_closed(mesh: &TriMesh, table: &EdgeTable) -> bool {
 /// [`topology`] with the edge table already at hand, and whether the mesh [`is_closed`].
 pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable, is_closed: bool) -> Topology {
     let (connected, (nonmanifold_vertices, duplicate_faces)) = rayon::join(
-        || if is_closed { Connected::closed(mesh, table) } else { Connected::new(mesh, table) },
+        || if is_closed { Connected::closed(mesh) } else { Connected::new(mesh, table) },
         || match is_closed {
             true => (split_vertices_of_pairs(mesh, table), 0),
             false => rayon::join(|| split_vertices(mesh, table), || duplicates(mesh, table)),
@@ -162,17 +163,17 @@ struct Connected {
 
 impl Connected {
     /// Like [`Connected::new`], for a mesh that [`is_closed`].
-    fn closed(mesh: &TriMesh, table: &EdgeTable) -> Self {
+    fn closed(mesh: &TriMesh) -> Self {
         let used = used_vertices(mesh.vertices.len(), &mesh.triangles);
-        let mut components = Partition::new(mesh.vertices.len());
-        for edge in table.edges() {
-            let (a, b) = edge[0].ends();
+        let components = SharedPartition::new(mesh.vertices.len());
+        mesh.triangles.par_iter().with_min_len(FEW).for_each(|&[a, b, c]| {
             components.join(a, b);
-        }
+            components.join(b, c);
+        });
         Self {
             vertices: used.iter().filter(|&&u| u).count(),
             counts: EdgeCounts { edges: 3 * mesh.triangles.len() / 2, ..EdgeCounts::default() },
-            components: components.count(&used),
+            components: components.count(|v| used[v as usize]),
             boundary_loops: 0,
         }
     }
@@ -273,13 +274,12 @@ fn split_vertices_of_any(mesh: &TriMesh, table: &EdgeTable) -> usize {
 fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
     let twins = table.twins(&mesh.triangles);
     let mut corners_at = vec![(0u32, NONE); mesh.vertices.len()];
-    for (h, &v) in (0u32..).zip(mesh.triangles.as_flattened()) {
-        let (count, first) = &mut corners_at[v as usize];
+    par_fold_corners(mesh.triangles.as_flattened(), &mut corners_at, |(count, first), h| {
         *count += 1;
         if *first == NONE || twins[h as usize] == NONE {
             *first = h;
         }
-    }
+    });
     let is_split = |&&(count, first): &&(u32, u32)| {
         let mut h = first;
         // A walk through all corners does not end before as many steps.
@@ -360,6 +360,52 @@ impl Partition {
     }
 }
 
+/// Like [`Partition`], for all threads to join sets at the same time.
+struct SharedPartition {
+    parent: Vec<AtomicU32>,
+}
+
+impl SharedPartition {
+    fn new(n: usize) -> Self {
+        Self { parent: (0..n as u32).into_par_iter().with_min_len(FEW).map(AtomicU32::new).collect() }
+    }
+
+    fn parent(&self, x: u32) -> u32 {
+        self.parent[x as usize].load(Ordering::Relaxed)
+    }
+
+    fn root(&self, mut x: u32) -> u32 {
+        loop {
+            let parent = self.parent(x);
+            let above = self.parent(parent);
+            if above == parent {
+                return parent;
+            }
+            // What was above a member once always is, so it does not matter which thread is the last.
+            self.parent[x as usize].store(above, Ordering::Relaxed);
+            x = above;
+        }
+    }
+
+    fn join(&self, a: u32, b: u32) {
+        loop {
+            let (a, b) = (self.root(a), self.root(b));
+            let (low, high) = edge_key(a, b);
+            let own = &self.parent[high as usize];
+            // Another thread may have joined the larger root meanwhile, which is then no root.
+            if low == high || own.compare_exchange(high, low, Ordering::Relaxed, Ordering::Relaxed).is_ok() {
+                return;
+            }
+        }
+    }
+
+    /// Sets with at least one member, as [`Partition::count`].
+    fn count(&self, is_member: impl Fn(u32) -> bool + Sync) -> usize {
+        let all = (0..self.parent.len() as u32).into_par_iter().with_min_len(FEW);
+        all.filter(|x| is_member(*x) && *x == self.parent(*x)).count()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -418,6 +464,26 @@ mod tests {
                     _ => drop(mesh.triangles.swap_remove(7)),
                 }
             }
+        }
+    }
+
+    #[test]
+    fn sets_that_threads_join_are_those_that_one_joins() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(6);
+        let count = 60_000;
+        for most in [1_000, 20_000, 200_000] {
+            let mut vertex = || rng.random_range(0..count);
+            let pairs: Vec<[u32; 2]> = (0..most).map(|_| [vertex(), vertex()]).collect();
+            let mut alone = Partition::new(count as usize);
+            pairs.iter().for_each(|[a, b]| alone.join(*a, *b));
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
+            let shared = SharedPartition::new(count as usize);
+            pool.install(|| pairs.par_iter().with_max_len(16).for_each(|[a, b]| shared.join(*a, *b)));
+            assert!((0..count).all(|v| shared.root(v) == alone.root(v)), "{most} pairs");
+            assert_eq!(shared.count(|v| v % 2 == 0), {
+                let is_even: Vec<bool> = (0..count).map(|v| v % 2 == 0).collect();
+                alone.count(&is_even)
+            });
         }
     }
 
