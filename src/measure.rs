@@ -3,7 +3,7 @@
 pub use crate::sites::restricted_voronoi::{Energy, energy};
 
 use glam::DVec3;
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::mesh::chunks::par_map_chunks;
@@ -148,12 +148,13 @@ fn check_mesh(mesh: &TriMesh, name: &str) -> Result<()> {
         let problem = format!("the {name} has {} faces", mesh.triangles.len());
         return Err(Error::input(None, problem, format!("measure at most {} at a time", u32::MAX / 3)));
     }
-    if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
+    if let Some(v) = mesh.vertices.par_iter().position_first(|v| !v.is_finite()) {
         let problem = format!("the {name} has a coordinate that is not a finite number");
         return Err(Error::input(Some(format!("vertex {v}")), problem, "remove or repair that vertex"));
     }
     let count = mesh.vertices.len();
-    if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
+    let is_outside = |triangle: &[u32; 3]| triangle.iter().any(|v| *v as usize >= count);
+    if let Some(t) = mesh.triangles.par_iter().position_first(is_outside) {
         let problem = format!("the {name} uses a vertex beyond its {count} vertices");
         return Err(Error::input(Some(format!("face {t}")), problem, "export the file again"));
     }

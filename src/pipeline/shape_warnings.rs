@@ -96,11 +96,15 @@ impl Shapes<'_> {
     fn volume_warning(&self) -> Option<String> {
         let (input, topology) = self.input;
         let (result, measures) = self.result;
-        measures.relative_volume?;
-        if topology.boundary_edges > 0 || relative_volume(input).abs() < FLAT {
+        let of_result = measures.relative_volume?;
+        if topology.boundary_edges > 0 {
             return None;
         }
-        let [before, after] = [input, result].map(|mesh| relative_volume(mesh) * self.box_volume(mesh));
+        let of_input = relative_volume(input);
+        if of_input.abs() < FLAT {
+            return None;
+        }
+        let (before, after) = (of_input * self.box_volume(input), of_result * self.box_volume(result));
         let change = (after - before) / before;
         (change.abs() > VOLUME && change > -1.0).then(|| {
             let word = if change > 0.0 { "larger" } else { "smaller" };
