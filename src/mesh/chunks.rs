@@ -1,6 +1,8 @@
 //! Long lists, by all threads and in parts of a constant length: what is summed in their order does not
 //! depend on the number of threads.
 
+use bytemuck::Pod;
+use bytemuck::allocation::zeroed_vec;
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -20,4 +22,18 @@ pub(crate) fn par_map_chunks_of<T: Send>(
 ) -> Vec<T> {
     let part = |chunk: usize| of(chunk * size..count.min((chunk + 1) * size));
     (0..count.div_ceil(size)).into_par_iter().map(part).collect()
+}
+
+/// The parts one after the other, in one list.
+pub(crate) fn par_concat<T: Pod + Send + Sync>(parts: &[Vec<T>]) -> Vec<T> {
+    let mut all: Vec<T> = zeroed_vec(parts.iter().map(Vec::len).sum());
+    let mut rest = all.as_mut_slice();
+    let mut places = Vec::with_capacity(parts.len());
+    for part in parts {
+        let (place, after) = rest.split_at_mut(part.len());
+        places.push((place, part));
+        rest = after;
+    }
+    places.into_par_iter().for_each(|(place, part)| place.copy_from_slice(part));
+    all
 }

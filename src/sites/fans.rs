@@ -1,7 +1,8 @@
 //! Fans: the neighbours of every site in cyclic order.
 
-use crate::mesh::chunks::par_map_chunks;
+use crate::mesh::chunks::{par_concat, par_map_chunks};
 use glam::Vec2;
+use rayon::prelude::*;
 
 /// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -26,20 +27,23 @@ impl Fans {
     }
 
     /// From parts of the lists, in their order.
-    pub(crate) fn from_parts(parts: &[FansPart]) -> Self {
-        let total = |count: fn(&FansPart) -> usize| parts.iter().map(count).sum::<usize>();
-        let mut start = Vec::with_capacity(1 + total(|part| part.counts.len()));
-        let mut neighbours = Vec::with_capacity(total(|part| part.neighbours.len()));
-        let mut end = 0;
-        start.push(end);
-        for part in parts {
-            neighbours.extend_from_slice(&part.neighbours);
-            start.extend(part.counts.iter().map(|count| {
-                end += count;
-                end
-            }));
-        }
-        Self { start, neighbours, ..Self::default() }
+    pub(crate) fn from_parts(parts: Vec<FansPart>) -> Self {
+        let (neighbours, mut ends): (Vec<Vec<u32>>, Vec<Vec<u32>>) =
+            parts.into_iter().map(|part| (part.neighbours, part.counts)).unzip();
+        let mut total = 0;
+        let begin = |neighbours: &Vec<u32>| {
+            total += neighbours.len() as u32;
+            total - neighbours.len() as u32
+        };
+        let begins: Vec<u32> = neighbours.iter().map(begin).collect();
+        ends.par_iter_mut().zip(begins).for_each(|(counts, mut end)| {
+            for count in counts {
+                end += *count;
+                *count = end;
+            }
+        });
+        ends.insert(0, vec![0]);
+        Self { start: par_concat(&ends), neighbours: par_concat(&neighbours), ..Self::default() }
     }
 
     /// From one list of sectors a sector. `sites` has the site of each; where it is `open`, a curve runs from
@@ -100,7 +104,7 @@ impl Fans {
             }
             part
         });
-        Self { sites: self.sites.clone(), open: self.open.clone(), ..Self::from_parts(&parts) }
+        Self { sites: self.sites.clone(), open: self.open.clone(), ..Self::from_parts(parts) }
     }
 
     /// The triangles of closed fans that agree: of the three sites of each, one is followed in every fan by
@@ -117,7 +121,7 @@ impl Fans {
             }
             triangles
         });
-        parts.concat()
+        par_concat(&parts)
     }
 }
 

@@ -53,7 +53,7 @@ pub(crate) fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
     })
     .into_iter()
     .unzip();
-    (Fans::from_parts(&parts), broken.concat())
+    (Fans::from_parts(parts), broken.concat())
 }
 
 /// The neighbours around a sector, as sites, counter-clockwise.

@@ -3,11 +3,12 @@
 use crate::Result;
 use crate::gpu::kernels::fit::{faces, vertices};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
-use crate::mesh::NONE;
+use crate::mesh::chunks::{par_concat, par_map_chunks_of};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
 use crate::stages::polish::mesh::{DeviceMesh, FIXED};
 use crate::stages::records::TriangleRecords;
+use bytemuck::allocation::zeroed_vec;
 use glam::{UVec2, UVec4, Vec4};
 use rayon::prelude::*;
 
@@ -33,6 +34,9 @@ pub struct FitMesh<'a> {
     pub ground: TriangleRecords,
 }
 
+/// Half-edges or vertices that one thread looks at.
+const CHUNK: usize = 1 << 14;
+
 /// The edges of a mesh, and the links of its vertices.
 struct Links {
     edges: Vec<u32>,
@@ -42,29 +46,34 @@ struct Links {
 
 impl Links {
     fn new(half_edges: &HalfEdgeMesh, moves: &[bool]) -> Self {
-        let mut edges = Vec::with_capacity(half_edges.triangles.len() * 3 / 2);
-        let mut edge_of = vec![NONE; half_edges.twins().len()];
-        for (h, &twin) in (0u32..).zip(half_edges.twins()) {
-            if twin == NONE || h < twin {
-                edge_of[h as usize] = edges.len() as u32;
-                if let Some(of_twin) = edge_of.get_mut(twin as usize) {
-                    *of_twin = edges.len() as u32;
-                }
-                edges.push(h);
-            }
-        }
+        // The first half-edge of each edge stands for it.
+        let first = |h: u32| h.min(half_edges.twins()[h as usize]);
+        let count = half_edges.twins().len();
+        let edges = par_map_chunks_of(CHUNK, count, |range| {
+            (range.start as u32..range.end as u32).filter(|h| first(*h) == *h).collect::<Vec<u32>>()
+        });
+        let mut numbers: Vec<u32> = zeroed_vec(count);
+        let mut begin = 0;
+        let parts = numbers.chunks_mut(CHUNK).zip(&edges).map(|part| {
+            begin += part.1.len() as u32;
+            (begin - part.1.len() as u32, part)
+        });
+        let parts: Vec<_> = parts.collect();
+        parts.into_par_iter().for_each(|(begin, (numbers, edges))| {
+            (begin..).zip(edges).for_each(|(number, h)| numbers[*h as usize % CHUNK] = number);
+        });
         let mut starts = vec![0; moves.len() + 1];
         for (v, moves) in moves.iter().enumerate() {
             starts[v + 1] = starts[v] + if *moves { half_edges.valence(v as u32) } else { 0 };
         }
         // All half-edges that leave a vertex inside the mesh: one for each of its edges.
-        let link = |h: u32| UVec2::new(half_edges.origin(next(h)), edge_of[h as usize]);
-        let links = (0..moves.len())
-            .into_par_iter()
-            .filter(|v| moves[*v])
-            .flat_map_iter(|v| half_edges.ring(v as u32).map(link))
-            .collect();
-        Self { edges, starts, links }
+        let link = |h: u32| UVec2::new(half_edges.origin(next(h)), numbers[first(h) as usize]);
+        let links = par_map_chunks_of(CHUNK, moves.len(), |range| {
+            let mut links: Vec<UVec2> = Vec::with_capacity(6 * range.len());
+            range.filter(|v| moves[*v]).for_each(|v| links.extend(half_edges.ring(v as u32).map(link)));
+            links
+        });
+        Self { edges: par_concat(&edges), starts, links: par_concat(&links) }
     }
 }
 
