@@ -124,7 +124,20 @@ impl Tree for WholeTree<'_> {
     }
 }
 
-/// Computes the box of each node from those of the triangles in the leaves.
+/// Computes the box of each node from those of the triangles in the leaves, in parallel. The nodes are those
+/// of a tree, the root first.
+fn par_fit_boxes(nodes: &mut [Node], of: &(impl Fn(usize) -> Aabb + Sync)) {
+    if nodes.len() < PARALLEL_SIZE {
+        return fit_boxes(nodes, of);
+    }
+    if let Some((root, below)) = nodes.split_first_mut() {
+        let (one, other) = below.split_at_mut(root.start_or_skip as usize - 1);
+        rayon::join(|| par_fit_boxes(one, of), || par_fit_boxes(other, of));
+        root.bounds = one[0].bounds.join(other[0].bounds);
+    }
+}
+
+/// Like [`par_fit_boxes`], by one thread.
 fn fit_boxes(nodes: &mut [Node], of: impl Fn(usize) -> Aabb) {
     // Children come after their parent.
     for k in (0..nodes.len()).rev() {
@@ -193,7 +206,7 @@ impl Bvh {
         let corners = |&t: &u32| Corners::new(mesh.corners(t as usize));
         assert_eq!(order.len(), mesh.triangles.len(), "the tree is that of another mesh");
         *triangles = order.par_iter().with_min_len(PARALLEL_SIZE).map(corners).collect();
-        fit_boxes(nodes, |rank| Aabb::of(triangles[rank].at));
+        par_fit_boxes(nodes, &|rank| Aabb::of(triangles[rank].at));
     }
 
     /// The box of all triangles; [`Aabb::EMPTY`] without any.

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::context::{FAR, OutlierContext};
 use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::chunks::par_map_chunks_of;
+use crate::mesh::chunks::{par_concat, par_map_chunks_of};
 use crate::polish::MeshCache;
 use crate::polish::cache::UNKNOWN;
 use crate::polish::relax::CHUNK;
@@ -40,8 +40,8 @@ pub(crate) struct FarPlace {
 pub(crate) struct Found {
     /// Places that are too far apart, the farthest first.
     pub places: Vec<FarPlace>,
-    /// For each triangle the surface's vertices to which it is the closest.
-    pub points_of: Vec<Vec<u32>>,
+    /// For each of the surface's vertices the triangle that is the closest, [`NONE`] if there is none.
+    pub closest: Vec<u32>,
     /// For each triangle the rank of one of the surface's that is near its centroid.
     pub ranks: Vec<u32>,
 }
@@ -69,11 +69,9 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     };
     let chunks = target.vertices.par_chunks(CHUNK).zip(below.par_chunks(CHUNK));
     let inward: Vec<_> = chunks.flat_map_iter(near).collect();
-    let mut points_of = vec![Vec::new(); mesh.triangles.len()];
     let mut outliers = Vec::new();
     for (p, found) in inward.iter().enumerate() {
         let Some(found) = found else { continue };
-        points_of[found.triangle as usize].push(p as u32);
         if found.distance_sq > context.tolerance_sq(mesh.triangles[found.triangle as usize]) {
             let at = target.vertices[p].position;
             let offset = at - found.point;
@@ -92,7 +90,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
         };
         range.map(&mut near).collect::<Vec<u32>>()
     });
-    let near = NearVertices { ranks: near.concat(), least };
+    let near = NearVertices { ranks: par_concat(&near), least };
     let outward = par_map_chunks_of(CHUNK, mesh.triangles.len(), |range| {
         let (mut rank, mut places) = (0, Vec::new());
         let outward = |t: usize| {
@@ -104,13 +102,14 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     });
     let (places, ranks): (Vec<Vec<FarPlace>>, Vec<Vec<u32>>) = outward.into_iter().unzip();
     outliers.extend(places.into_iter().flatten());
-    let ranks = ranks.concat();
+    let ranks = par_concat(&ranks);
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
     let is_asked_for = options.tolerance.is_finite();
     let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
     let vertices = mesh.vertices.len();
     outliers.truncate(MOST_OUTLIERS.min(vertices / MOST_OF_SMALL) + vertices / per_outlier);
-    Ok(Found { places: outliers, points_of, ranks })
+    let closest = inward.into_iter().map(|found| found.map_or(NONE, |found| found.triangle)).collect();
+    Ok(Found { places: outliers, closest, ranks })
 }
 
 /// Vertices of the mesh that are near enough to the surface for any triangle.
@@ -198,9 +197,9 @@ mod tests {
         let context = OutlierContext { target, options, curve_edges, lengths: &[], edge: 1.0, progress };
         let found = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let Found { points_of, ranks, .. } =
+            let Found { closest, ranks, .. } =
                 pool.install(|| find(&coarse, &context, &mut MeshCache::default())).unwrap();
-            (points_of, ranks)
+            (closest, ranks)
         };
         let alone = found(1);
         for threads in [2, 3, 8] {

@@ -18,6 +18,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{ConstrainedMesh, Target};
+use crate::mesh::NONE;
 use crate::{ProgressToken, Result};
 use context::OutlierContext;
 pub use context::OutlierOptions;
@@ -75,9 +76,13 @@ pub fn reduce_outliers(
     let curve_edges = &constrained.kept_edges(options.keeps_chords);
     let ConstrainedMesh { mesh, patches, fixed, lengths, cache, .. } = constrained;
     let context = OutlierContext { target, options, curve_edges, lengths, edge, progress };
-    let Found { places: outliers, points_of, ranks } = find(mesh, &context, cache)?;
+    let Found { places: outliers, closest, ranks } = find(mesh, &context, cache)?;
     if outliers.is_empty() {
         return Ok(ReducedOutliers::default());
+    }
+    let mut points_of = vec![Vec::new(); mesh.triangles.len()];
+    for (p, t) in (0..).zip(closest).filter(|(_, t)| *t != NONE) {
+        points_of[t as usize].push(p);
     }
     let half_edges = cache.take(mesh.triangles.clone(), mesh.vertices.len(), patches);
     let first = MeshCopy::new(half_edges, mesh.vertices.clone(), fixed, context);
