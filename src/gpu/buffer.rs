@@ -1,5 +1,6 @@
 //! Typed device buffers.
 
+use super::copies::par_copy;
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use super::transfers::{Content, Transfer};
@@ -308,10 +309,8 @@ impl RawBuffer {
     /// [`Error::Internal`] if it is not mapped, or too short.
     pub(super) fn put(&mut self, bytes: &[u8]) -> Result<()> {
         let mapped = self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or_default();
-        mapped
-            .get_mut(..bytes.len())
-            .ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?
-            .copy_from_slice(bytes);
+        let start = mapped.get_mut(..bytes.len());
+        par_copy(bytes, start.ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?);
         Ok(())
     }
 }

@@ -7,6 +7,7 @@
 mod barriers;
 mod buffer;
 mod cache;
+mod copies;
 mod device;
 mod driver;
 mod errors;

@@ -1,7 +1,9 @@
 //! What a submission that is done has copied to the host.
 
+use super::copies::par_copy;
 use super::recorder::Recorder;
 use crate::{Error, Result};
+use bytemuck::allocation::zeroed_vec;
 use std::marker::PhantomData;
 
 /// A copy to the host, which [`Submitted::read`] returns.
@@ -34,7 +36,10 @@ impl Submitted {
     /// # Errors
     /// [`Error::Internal`] if `download` belongs to another one.
     pub fn read<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<Vec<T>> {
-        self.bytes(download).map(bytemuck::allocation::pod_collect_to_vec)
+        let bytes = self.bytes(download)?;
+        let mut values: Vec<T> = zeroed_vec(download.len);
+        par_copy(bytes, bytemuck::cast_slice_mut(&mut values));
+        Ok(values)
     }
 
     /// The first value of a download.
