@@ -11,7 +11,7 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::DVec3;
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
 
 /// Rounds over all triangles in which only points clear of curves are taken; after these any point is.
 const PICKY_ROUNDS: usize = 6;
@@ -117,15 +117,13 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
         .unzip();
     let mut sites = SitesOnSurface { positions, triangles };
     let along = coarser.on_curves.as_ref().map(CoarserCurves::edges).unwrap_or_default();
-    let mut edges: Vec<((u32, u32), DVec3, u32)> = EdgeTable::new(&mesh.triangles)
-        .edges()
+    let middle = |&(a, b): &(u32, u32)| 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
+    let triangle = |edge: &(u32, u32)| coarser.triangle(&[edge.0, edge.1], middle(edge));
+    let mut edges: Vec<(u32, u32)> = EdgeTable::new(&mesh.triangles)
+        .par_edges()
         .filter_map(|e| e.first().map(|side| side.ends()))
         .filter(|edge| along.binary_search(edge).is_err())
-        .map(|(a, b)| {
-            let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
-            ((a, b), middle, coarser.triangle(&[a, b], middle))
-        })
-        .filter(|(_, middle, triangle)| coarser.is_clear(*middle, *triangle))
+        .filter(|edge| coarser.on_curves.is_none() || coarser.is_clear(middle(edge), triangle(edge)))
         .collect();
     let missing = count.saturating_sub(sites.len());
     if edges.len() > missing {
@@ -133,12 +131,11 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
             let length_sq = mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
             length_sq / coarser.length(&[a, b]).powi(2)
         };
-        edges.par_sort_unstable_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
+        edges.par_sort_unstable_by(|a, b| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(missing);
     }
-    for (_, middle, triangle) in edges {
-        sites.push(middle, triangle);
-    }
+    sites.positions.par_extend(edges.par_iter().map(middle));
+    sites.triangles.par_extend(edges.par_iter().map(triangle));
     if sites.len() < count {
         add_centres(coarser, count, &mut sites);
     }
