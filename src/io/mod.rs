@@ -20,6 +20,7 @@ mod points;
 mod read;
 mod references;
 mod rounding;
+mod rows;
 mod stl;
 mod text;
 mod threemf;

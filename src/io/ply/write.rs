@@ -5,6 +5,7 @@ use std::io::Write;
 
 use crate::TriMesh;
 use crate::io::binary::append_le;
+use crate::io::rows::write_rows;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// The name of a number type in headers.
@@ -78,27 +79,21 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
     attributes.face.iter().for_each(|attribute| declare_attribute(&mut header, attribute));
     file.write_all(header.as_bytes())?;
     file.write_all(b"end_header\n")?;
-    let mut row = Vec::new();
-    for (v, vertex) in mesh.vertices.iter().enumerate() {
-        row.clear();
-        vertex.to_array().iter().for_each(|value| append_le(&mut row, Kind::F64, *value));
+    write_rows(file, vertices, |row, v| {
+        mesh.vertices[v].to_array().iter().for_each(|value| append_le(row, Kind::F64, *value));
         if let (Some(CornerUv { kind, .. }), Some(values)) = (uv, &by_vertex) {
-            values.get(v).into_iter().flatten().for_each(|value| append_le(&mut row, *kind, *value));
+            values.get(v).into_iter().flatten().for_each(|value| append_le(row, *kind, *value));
         }
-        attributes.vertex.iter().for_each(|attribute| append_attribute(&mut row, attribute, v));
-        file.write_all(&row)?;
-    }
-    for (t, triangle) in mesh.triangles.iter().enumerate() {
-        row.clear();
+        attributes.vertex.iter().for_each(|attribute| append_attribute(row, attribute, v));
+    })?;
+    write_rows(file, faces, |row, t| {
         row.push(3);
-        triangle.iter().for_each(|vertex| row.extend(vertex.to_le_bytes()));
+        mesh.triangles[t].iter().for_each(|vertex| row.extend(vertex.to_le_bytes()));
         if let Some(CornerUv { kind, values }) = by_corner {
             row.push(6);
             let own = values.iter().skip(3 * t).take(3);
-            own.flatten().for_each(|value| append_le(&mut row, *kind, *value));
+            own.flatten().for_each(|value| append_le(row, *kind, *value));
         }
-        attributes.face.iter().for_each(|attribute| append_attribute(&mut row, attribute, t));
-        file.write_all(&row)?;
-    }
-    Ok(())
+        attributes.face.iter().for_each(|attribute| append_attribute(row, attribute, t));
+    })
 }
