@@ -38,7 +38,7 @@ pub use obj::feature_lines::write_features;
 pub use open::Patience;
 pub(crate) use open::{read_file_bytes, read_standard_input};
 pub use read::{Input, Reader, read};
-pub(crate) use rounding::KEEPING_64_BITS;
+pub(crate) use rounding::{KEEPING_64_BITS, has_32_bits};
 pub use rounding::{lost_precision_note, rounded};
 pub use volumes::Volume;
 pub use write::{Writer, check_target, lost_attributes_note, target_encoding, write};

@@ -4,6 +4,11 @@ use super::format::Format;
 use super::gltf;
 use crate::TriMesh;
 
+/// Whether files of this format hold positions as 32-bit numbers, so that [`rounded`] changes them.
+pub(crate) fn has_32_bits(format: Format) -> bool {
+    matches!(format, Format::Stl | Format::Glb)
+}
+
 /// The mesh with its positions as a file of this format holds them: rounded for STL and GLB, the same for the
 /// others. Positions that a file cannot hold at all, beyond 3.4e38 in STL, become infinite.
 pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
@@ -35,6 +40,9 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
 /// How far the format's rounding moves vertices, as a sentence; `None` up to a millionth of the bounding
 /// box's diagonal.
 pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
+    if !has_32_bits(format) {
+        return None;
+    }
     let [low, high] = mesh.bounds()?;
     let moved = rounded(mesh, format).vertices;
     let moves = mesh.vertices.iter().zip(moved).map(|(from, to)| (to - *from).abs().max_element());

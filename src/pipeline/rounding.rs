@@ -1,7 +1,7 @@
 //! A result as a file with 32-bit numbers will hold it, and what that changes.
 
 use crate::grammar::counted;
-use crate::io::{Format, KEEPING_64_BITS, lost_precision_note, rounded};
+use crate::io::{Format, KEEPING_64_BITS, has_32_bits, lost_precision_note, rounded};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::position_key;
 use crate::mesh::unit_frame::UnitFrame;
@@ -28,6 +28,9 @@ impl Rounding {
     /// Rounds the positions of `mesh`; `None` if that changes none, or if the format cannot hold them at all,
     /// which writing will say.
     pub fn apply(mesh: &mut TriMesh, frame: &UnitFrame, format: Format) -> Option<Self> {
+        if !has_32_bits(format) {
+            return None;
+        }
         let after = rounded(mesh, format);
         if after.vertices == mesh.vertices || after.vertices.iter().any(|vertex| !vertex.is_finite()) {
             return None;
