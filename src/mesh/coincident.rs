@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::hash::{BuildHasher, BuildHasherDefault};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -15,6 +16,9 @@ const STEP: f64 = 1e-4;
 
 /// Bits for each point, so that few share theirs.
 const BITS_PER_POINT: usize = 16;
+
+/// Fewer points than this are looked at by one thread.
+const FEW: usize = 4096;
 
 /// Moves all but the first of the vertices at one place towards their neighbours by a little: readers weld
 /// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
@@ -59,20 +63,24 @@ fn later_at_a_place(points: &[DVec3]) -> Vec<u32> {
     let bits = (BITS_PER_POINT * points.len()).next_power_of_two();
     let hasher = BuildHasherDefault::<QuickHasher>::default();
     let bit_of = |p: &DVec3| hasher.hash_one(position_key(*p)) as usize & (bits - 1);
-    let bit_of: Vec<usize> = points.par_iter().map(bit_of).collect();
-    let mut seen = vec![[0u64; 2]; bits.div_ceil(64)];
-    for bit in &bit_of {
-        let ([once, twice], mask) = (&mut seen[bit / 64], 1 << (bit % 64));
-        *twice |= *once & mask;
-        *once |= mask;
-    }
-    let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
-    let is_later = |v: &u32| {
-        let bit = bit_of[*v as usize];
-        seen[bit / 64][1] >> (bit % 64) & 1 != 0
-            && *first.entry(position_key(points[*v as usize])).or_insert(*v) != *v
+    let seen: Vec<[AtomicU64; 2]> = (0..bits.div_ceil(64)).map(|_| Default::default()).collect();
+    points.par_iter().with_min_len(FEW).for_each(|p| {
+        let bit = bit_of(p);
+        let ([once, twice], mask) = (&seen[bit / 64], 1 << (bit % 64));
+        // Whichever of two threads is the second sees the bit of the first.
+        if once.fetch_or(mask, Ordering::Relaxed) & mask != 0 {
+            twice.fetch_or(mask, Ordering::Relaxed);
+        }
+    });
+    let is_shared = |v: &u32| {
+        let bit = bit_of(&points[*v as usize]);
+        seen[bit / 64][1].load(Ordering::Relaxed) >> (bit % 64) & 1 != 0
     };
-    (0..points.len() as u32).filter(is_later).collect()
+    let sharing = (0..points.len() as u32).into_par_iter().with_min_len(FEW).filter(is_shared);
+    let mut sharing: Vec<u32> = sharing.collect();
+    let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
+    sharing.retain(|v| *first.entry(position_key(points[*v as usize])).or_insert(*v) != *v);
+    sharing
 }
 
 #[cfg(test)]
