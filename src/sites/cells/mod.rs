@@ -137,7 +137,9 @@ pub fn cells_after_moves(
     let broken: Vec<BrokenCell> = broken.into_iter().map(broken_cell).collect();
     let is_whole = all_are_shared && broken.is_empty();
     let is_closed = is_whole && scene.sectors.are_sites && !surface.has_boundary;
-    if !broken.is_empty() {
+    if broken.is_empty() {
+        par_drop(cells);
+    } else {
         known.keep(&scene, cells, unrepaired);
     }
     Ok(ConnectedCells { fans, certificate, broken, encroached, is_closed })
@@ -152,6 +154,11 @@ impl ConnectedCells {
         };
         (triangles, ConnectCounts { cells: Some(self.certificate), ..counts })
     }
+}
+
+/// Drops cells by all threads: one alone would take long to free what they have.
+fn par_drop(cells: Vec<Cell>) {
+    cells.into_par_iter().with_min_len(FEW_CELLS).for_each(drop);
 }
 
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so

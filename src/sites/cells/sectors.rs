@@ -7,7 +7,11 @@ use crate::mesh::csr::Csr;
 use crate::mesh::half_edges::previous;
 use crate::sites::place::Place;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::collections::HashMap;
+
+/// Fewer sites than this are looked at by one thread.
+const FEW: usize = 4096;
 
 /// All sectors in the order of their sites.
 pub(crate) struct Sectors {
@@ -33,6 +37,14 @@ pub(crate) struct Sectors {
 
 impl Sectors {
     pub fn new(surface: &CellSurface, places: &[Place]) -> Self {
+        let inside = places.par_iter().with_min_len(FEW).map(|place| match place {
+            Place::Inside(t) => *t,
+            Place::Edge(..) | Place::Vertex(_) => NONE,
+        });
+        let inside: Vec<u32> = inside.collect();
+        if !inside.par_iter().with_min_len(FEW).any(|t| *t == NONE) {
+            return Self::inside(surface, inside);
+        }
         let lookup = PlaceLookup::new(surface, places);
         let n = places.len();
         let mut sectors = Self {
@@ -72,6 +84,24 @@ impl Sectors {
         sectors.are_sites = sectors.first.windows(2).all(|range| range[0] + 1 == range[1]);
         sectors.in_one_patch = sectors.patch.windows(2).all(|pair| pair[0] == pair[1]);
         sectors
+    }
+
+    /// Like [`Sectors::new`], for sites that all lie in triangles.
+    fn inside(surface: &CellSurface, triangles: Vec<u32>) -> Self {
+        let triangles_of = || triangles.par_iter().with_min_len(FEW);
+        let patch: Vec<u32> = triangles_of().map(|t| surface.patch(*t)).collect();
+        let numbers = || (0..triangles.len() as u32 + 1).into_par_iter().with_min_len(FEW);
+        Self {
+            first: numbers().collect(),
+            site: numbers().take(triangles.len()).collect(),
+            in_one_patch: patch.windows(2).all(|pair| pair[0] == pair[1]),
+            patch,
+            normal: triangles_of().map(|t| surface.normals[*t as usize]).collect(),
+            start: numbers().collect(),
+            ends: triangles_of().map(|_| None).collect(),
+            around: triangles,
+            are_sites: true,
+        }
     }
 
     fn push(&mut self, surface: &CellSurface, site: u32, triangles: &[u32], ends: Option<[u32; 2]>) {

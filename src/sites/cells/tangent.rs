@@ -1,10 +1,10 @@
 //! Cells in tangent planes where these agree, and exact cells where they do not.
 
 use super::fan::{all_are_shared, closed_fans, disputed_sites, one_sided};
-use super::repair;
 use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
 use super::walk::{Cell, Scene, Walk};
+use super::{par_drop, repair};
 use crate::{ProgressToken, Result};
 use rayon::prelude::*;
 
@@ -71,5 +71,6 @@ pub fn tangent_cells(
         again.into_iter().zip(new).for_each(|(s, cell)| cells[s] = cell);
     }
     let (fans, broken) = closed_fans(&cells);
+    par_drop(cells);
     Ok(broken.is_empty().then(|| fans.triangles()))
 }

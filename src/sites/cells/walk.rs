@@ -1,5 +1,6 @@
 //! One cell, traversed from triangle to triangle and clipped by the bisectors with nearby sites.
 
+use super::FEW_CELLS;
 use super::clip::{Clipped, Label};
 use super::sectors::{Sectors, sites_by_triangle};
 use super::surface::{CellSites, CellSurface};
@@ -50,7 +51,9 @@ impl<'a> Scene<'a> {
         if self.tree.get().is_some() {
             return;
         }
-        let open: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].needs_more_sites).collect();
+        // Cells are far apart in memory, so that even a look at each takes a while.
+        let all = cells.par_iter().enumerate().with_min_len(FEW_CELLS);
+        let open: Vec<usize> = all.filter(|(_, cell)| cell.needs_more_sites).map(|(k, _)| k).collect();
         if open.is_empty() {
             return;
         }
