@@ -24,6 +24,11 @@ pub(crate) fn par_map_chunks_of<T: Send>(
     (0..count.div_ceil(size)).into_par_iter().map(part).collect()
 }
 
+/// A copy of a list, of which each thread touches new pages of its own: that takes longer than to fill them.
+pub(crate) fn par_clone<T: Copy + Send + Sync>(list: &[T]) -> Vec<T> {
+    list.par_iter().with_min_len(CHUNK).copied().collect()
+}
+
 /// The parts one after the other, in one list.
 pub(crate) fn par_concat<T: Pod + Send + Sync>(parts: &[Vec<T>]) -> Vec<T> {
     let mut all: Vec<T> = zeroed_vec(parts.iter().map(Vec::len).sum());

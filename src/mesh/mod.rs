@@ -80,6 +80,7 @@ pub mod unit_frame;
 #[cfg(not(feature = "internals"))]
 pub(crate) mod unit_frame;
 
+use chunks::par_clone;
 use glam::DVec3;
 
 /// What two equal positions have in common, whatever the signs of their zeros.
@@ -101,6 +102,11 @@ pub struct TriMesh {
 }
 
 impl TriMesh {
+    /// A copy, made by all threads.
+    pub(crate) fn par_clone(&self) -> Self {
+        Self { vertices: par_clone(&self.vertices), triangles: par_clone(&self.triangles) }
+    }
+
     /// The three corners of triangle `t`. Panics if `t` or one of its indices is out of range.
     #[inline]
     pub fn corners(&self, t: usize) -> [DVec3; 3] {

@@ -3,11 +3,13 @@
 use crate::gpu::Device;
 use crate::gpu::Recorder;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::chunks::par_clone;
 use crate::mesh::intersections::{intersecting_faces, intersecting_faces_by};
 use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::stages::intersect::IntersectingPairs;
 use crate::{ProgressToken, Result, TriMesh};
+use rayon::prelude::*;
 use std::sync::OnceLock;
 
 /// The faces of the repaired input that intersect others, found when they are first asked for.
@@ -65,8 +67,8 @@ pub(crate) fn intersecting_on_device(
 }
 
 fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {
-    let vertices = mesh.vertices.iter().map(|p| frame.to_input_units(*p)).collect();
-    TriMesh { vertices, triangles: mesh.triangles.clone() }
+    let vertices = mesh.vertices.par_iter().map(|p| frame.to_input_units(*p)).collect();
+    TriMesh { vertices, triangles: par_clone(&mesh.triangles) }
 }
 
 /// Faces of a result that intersect others.

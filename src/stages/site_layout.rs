@@ -5,6 +5,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Device};
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
+use rayon::prelude::*;
 
 /// See `glsl/common/sites.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -55,10 +56,10 @@ impl SiteLayout {
     /// The first `sites` positions of such a buffer's content.
     pub fn unpack(self, content: &[Vec4], sites: usize) -> Vec<Vec3> {
         match self {
-            Self::Marked => content.iter().take(sites).map(|p| p.truncate()).collect(),
+            Self::Marked => content.par_iter().take(sites).map(|p| p.truncate()).collect(),
             Self::Packed => {
                 let numbers: &[f32] = bytemuck::cast_slice(content);
-                numbers.chunks_exact(3).take(sites).map(Vec3::from_slice).collect()
+                numbers.par_chunks_exact(3).take(sites).map(Vec3::from_slice).collect()
             }
         }
     }

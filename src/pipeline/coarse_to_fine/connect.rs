@@ -4,6 +4,7 @@ use super::densify::{ConnectedSites, densify};
 use super::level_mesh::{LevelMesh, LevelSites};
 use super::shared::CoarseToFine;
 use super::shared_edges::missing_between_curves;
+use crate::mesh::chunks::par_clone;
 use crate::mesh::topology::{closed_topology, topology};
 use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
@@ -82,7 +83,7 @@ impl CoarseToFine<'_> {
                 (&Place::inside(triangles), &self.model.sizes.at_all(positions, triangles));
             let sites = &CellSites { positions, places, near: &level.near, spacing, lengths };
             if let Some(triangles) = progress.during(|progress| tangent_cells(on, sites, progress))? {
-                let mesh = TriMesh { vertices: positions.clone(), triangles };
+                let mesh = TriMesh { vertices: par_clone(positions), triangles };
                 if closed_topology(&mesh).matches(self.context.input) {
                     let mesh = LevelMesh::new(level, mesh, ConnectCounts::default());
                     return Ok(LevelMesh { is_sound: true, ..mesh });
@@ -116,7 +117,7 @@ impl CoarseToFine<'_> {
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
                 let faulty_place = broken.first().map(|b| b.farthest.0);
-                let mesh = TriMesh { vertices: level.sites.positions.clone(), triangles: faces };
+                let mesh = TriMesh { vertices: par_clone(&level.sites.positions), triangles: faces };
                 return Ok(LevelMesh { is_sound, faulty_place, ..LevelMesh::new(level, mesh, counts) });
             }
             level.near = near_sites(self.context.device, &level.sites.positions)?;

@@ -14,7 +14,7 @@ impl CoarseToFine<'_> {
     /// The mesh of a level with all that its improvement must keep. Vertices on curves stay on their curve.
     pub(super) fn constrained(&self, level: &LevelMesh) -> ConstrainedMesh {
         let lengths = self.model.sizes.at_all(&level.sites.positions, &level.sites.triangles);
-        let mut constrained = ConstrainedMesh { lengths, ..level.mesh.clone().into() };
+        let mut constrained = ConstrainedMesh { lengths, ..level.mesh.par_clone().into() };
         if let (Some(on_curves), Some(curves)) = (&level.on_curves, &self.model.curves) {
             constrained.fixed = on_curves.fixed();
             constrained.pinned = self.pinned(on_curves);

@@ -194,7 +194,7 @@ impl Level {
         let mut steps = Vec::new();
         let mut recorder = Recorder::new(device)?;
         // The seeds are the first targets; projection onto the surface gives them their normals.
-        let targets: Vec<Vec4> = start.sites.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let targets: Vec<Vec4> = start.sites.positions.par_iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
         if let Some(pinned) = &start.pinned {
             recorder.upload(&self.sites, &pinned.sites)?;
