@@ -12,6 +12,7 @@ use crate::pipeline::sides::are_opposite;
 use crate::pipeline::warning::{Warning, WarningCode};
 use crate::sites::connect::ConnectCounts;
 use crate::stages::flags::FlagCounts;
+use crate::{ProgressToken, Result};
 
 /// What was unusual about the input, and what was done about it.
 pub(crate) fn remarks(
@@ -92,7 +93,10 @@ fn touching_bodies(repaired: &RepairCounts, input: &Topology) -> Option<String> 
 }
 
 /// What went wrong, one line each.
-pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn warnings(of: &WarningInput, progress: &ProgressToken) -> Result<Vec<Warning>> {
     let Shapes { options, input: (input_mesh, input), result: (_, output), .. } = of.shapes;
     // First, since the others may follow from it.
     let warning = |code| move |text| Warning { code, text };
@@ -108,7 +112,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
     list.extend(of.given_up.iter().cloned());
     // Where rounding spoils triangles, other vertices do not help.
     if of.rounding.and_then(Rounding::warning).is_none() {
-        list.extend(of.shapes.warnings(of.fault.is_some()));
+        list.extend(of.shapes.warnings(of.fault.is_some(), progress)?);
     }
     let deviation = of.deviation.and_then(|deviation| deviation.warning(options.vertices));
     list.extend(deviation.map(warning(WarningCode::Deviation)));
@@ -116,7 +120,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
     if input.boundary_edges > 0 {
         list.extend(cracks(input_mesh).as_ref().map(describe_cracks).map(warning(WarningCode::Cracks)));
     }
-    list
+    Ok(list)
 }
 
 /// Tells of faces of a result that intersect others where those of the input do not: their numbers, as far as

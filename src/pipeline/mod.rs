@@ -154,6 +154,7 @@ fn run(
         made => finish(mesh, options, made?, clock, progress)?,
     };
     face_count::tell(options, &mut found.summary);
+    progress.done(1.0)?;
     Ok(found)
 }
 
@@ -186,12 +187,11 @@ fn finish(
     let cells = progress.during(|p| cells_of(&mut outcome, (&result, &repaired.mesh), &frame, options, p))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
     clock.end_phase("measure");
-    progress.done(1.0)?;
     let (deviation, diagonal) =
         (course.summary(measured.output.distances), UnitFrame::of(&repaired.mesh)?.scale);
     let spacing = frame.scale * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
-    let warnings = warnings(&WarningInput {
+    let about = WarningInput {
         expected_vertices: outcome.vertices + elsewhere,
         counts: &outcome.counts,
         flags: &outcome.flags,
@@ -204,7 +204,8 @@ fn finish(
         pinned,
         deviation,
         shapes: Shapes { options, input: before, result: after, kept, spacing, diagonal },
-    });
+    };
+    let warnings = progress.during(|progress| warnings(&about, progress))?;
     let (crossing, smallest, simplified) =
         (measured.input_intersections, measured.output.quality.min_angle, outcome.simplified_components);
     let summary = Summary {

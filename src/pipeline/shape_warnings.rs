@@ -3,7 +3,6 @@
 use super::kept::Kept;
 use super::missing::farthest_vertex;
 use super::warning::{Warning, WarningCode};
-use crate::TriMesh;
 use crate::grammar::counted;
 use crate::measure::{Measures, relative_volume, triangle_bounds};
 use crate::mesh::bvh::Bvh;
@@ -14,6 +13,7 @@ use crate::mesh::small_angles::{SmallAnglePlace, small_angle_places};
 use crate::mesh::topology::{Partition, Topology};
 use crate::mesh::triangle::doubled_normal;
 use crate::options::{Method, Options};
+use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use std::collections::BTreeMap;
 
@@ -62,8 +62,11 @@ pub(crate) struct Shapes<'a> {
 
 impl Shapes<'_> {
     /// All warnings; that of the distance only if the mesh is without a fault, which says more.
-    pub fn warnings(&self, has_fault: bool) -> Vec<Warning> {
-        let distance = if has_fault { None } else { self.distance_warning() };
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn warnings(&self, has_fault: bool, progress: &ProgressToken) -> Result<Vec<Warning>> {
+        let distance = if has_fault { None } else { self.distance_warning(progress)? };
         let list = [
             (WarningCode::Distance, distance),
             (WarningCode::Volume, self.volume_warning()),
@@ -71,25 +74,25 @@ impl Shapes<'_> {
             (WarningCode::FoldedEdges, self.fold_warning()),
             (WarningCode::FacesInwards, self.inwards_warning()),
         ];
-        list.into_iter().filter_map(|(code, text)| text.map(|text| Warning { code, text })).collect()
+        Ok(list.into_iter().filter_map(|(code, text)| text.map(|text| Warning { code, text })).collect())
     }
 
     /// If a part of the input is far from the result, or the other way round. What was measured counts;
     /// otherwise vertices of the input are tried, which finds only a lower bound.
-    fn distance_warning(&self) -> Option<String> {
+    fn distance_warning(&self, progress: &ProgressToken) -> Result<Option<String>> {
         let most = (FAR * self.diagonal).min(FAR_EDGES * self.spacing);
         let (result, measures) = self.result;
         let far = match measures.distances {
-            Some(distances) => distances.hausdorff_lower / 100.0 * self.diagonal,
-            None => farthest_vertex(self.input.0, result, most)?,
+            Some(distances) => Some(distances.hausdorff_lower / 100.0 * self.diagonal),
+            None => farthest_vertex(self.input.0, result, most, progress)?,
         };
-        let percent = 100.0 * far / self.diagonal;
-        (far > most).then(|| {
+        Ok(far.filter(|far| *far > most).map(|far| {
+            let percent = 100.0 * far / self.diagonal;
             format!(
                 "parts of the input are up to {percent:.1} % of its diagonal away from the result: ask for \
                  more vertices"
             )
-        })
+        }))
     }
 
     /// If the volume of a closed input changes much.
@@ -279,7 +282,7 @@ mod tests {
     use crate::mesh::repair::repair;
     use crate::mesh::samples::sample;
     use crate::mesh::topology::topology;
-    use crate::{Options, TriMesh};
+    use crate::{Options, ProgressToken, TriMesh};
     use glam::DVec3;
 
     /// The warnings of distance, volume and angles.
@@ -297,7 +300,8 @@ mod tests {
             spacing: 0.1 * lo.distance(hi),
             diagonal: lo.distance(hi),
         };
-        [shapes.distance_warning(), shapes.volume_warning(), shapes.angle_warning()]
+        let distance = shapes.distance_warning(&ProgressToken::default()).unwrap();
+        [distance, shapes.volume_warning(), shapes.angle_warning()]
     }
 
     fn scaled(mesh: &TriMesh, by: DVec3) -> TriMesh {

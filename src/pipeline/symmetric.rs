@@ -212,7 +212,10 @@ fn finish(
     let crossings = intersections((measured.output.self_intersecting_faces, crossing), rounding.as_ref());
     let rounded = rounding.as_ref().and_then(Rounding::warning);
     let rounded = rounded.map(|text| Warning { code: WarningCode::Rounding, text });
-    let of_shapes = if rounded.is_none() { shapes.warnings(fault.is_some()) } else { Vec::new() };
+    let of_shapes = match rounded {
+        None => shapes.warnings(fault.is_some(), progress)?,
+        Some(_) => Vec::new(),
+    };
     let mut warnings: Vec<Warning> = rounded.into_iter().chain(crossings).collect();
     warnings.extend(curves.warnings(options, progress)?);
     warnings.extend(of_shapes.into_iter().chain(fault));
