@@ -4,6 +4,7 @@
 //! corner that it leaves have the same number.
 
 use bytemuck::allocation::zeroed_vec;
+use rayon::iter::{Either, once};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -131,15 +132,19 @@ impl EdgeTable {
         self.half_edges.chunk_by(|a, b| a.ends() == b.ends())
     }
 
-    /// Like [`EdgeTable::edges`], by all threads.
+    /// Like [`EdgeTable::edges`], by all threads, or by one if there are few.
     pub(crate) fn par_edges(&self) -> impl ParallelIterator<Item = &[HalfEdge]> {
-        self.half_edges.par_chunk_by(|a, b| a.ends() == b.ends())
+        if self.half_edges.len() < FEW_CORNERS {
+            return Either::Left(once(()).flat_map_iter(|()| self.edges()));
+        }
+        Either::Right(self.half_edges.par_chunk_by(|a, b| a.ends() == b.ends()))
     }
 
     /// See [`twins`]; `triangles` are those that the table was made of.
     pub(crate) fn twins(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
-        // Each is written once, by any thread.
-        let twins: Vec<AtomicU32> = self.half_edges.par_iter().map(|_| AtomicU32::new(NONE)).collect();
+        // Each is written at most once, by any thread.
+        let half_edges = self.half_edges.par_iter().with_min_len(FEW_CORNERS);
+        let twins: Vec<AtomicU32> = half_edges.map(|_| AtomicU32::new(NONE)).collect();
         self.par_edges().for_each(|edge| {
             if let Some([a, b]) = twin_pair(triangles, edge) {
                 twins[a].store(b as u32, Ordering::Relaxed);

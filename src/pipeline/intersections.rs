@@ -3,7 +3,7 @@
 use crate::gpu::Device;
 use crate::gpu::Recorder;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::chunks::par_clone;
+use crate::mesh::chunks::{CHUNK, par_clone};
 use crate::mesh::intersections::{intersecting_faces, intersecting_faces_by};
 use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
@@ -67,7 +67,7 @@ pub(crate) fn intersecting_on_device(
 }
 
 fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {
-    let vertices = mesh.vertices.par_iter().map(|p| frame.to_input_units(*p)).collect();
+    let vertices = mesh.vertices.par_iter().with_min_len(CHUNK).map(|p| frame.to_input_units(*p)).collect();
     TriMesh { vertices, triangles: par_clone(&mesh.triangles) }
 }
 

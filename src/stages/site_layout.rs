@@ -3,6 +3,7 @@
 use super::blocks::Block;
 use crate::Result;
 use crate::gpu::{Buffer, Device};
+use crate::mesh::chunks::CHUNK;
 use bytemuck::allocation::pod_collect_to_vec;
 use glam::{Vec3, Vec4};
 use rayon::prelude::*;
@@ -56,10 +57,13 @@ impl SiteLayout {
     /// The first `sites` positions of such a buffer's content.
     pub fn unpack(self, content: &[Vec4], sites: usize) -> Vec<Vec3> {
         match self {
-            Self::Marked => content.par_iter().take(sites).map(|p| p.truncate()).collect(),
+            Self::Marked => {
+                content.par_iter().take(sites).with_min_len(CHUNK).map(|p| p.truncate()).collect()
+            }
             Self::Packed => {
                 let numbers: &[f32] = bytemuck::cast_slice(content);
-                numbers.par_chunks_exact(3).take(sites).map(Vec3::from_slice).collect()
+                let positions = numbers.par_chunks_exact(3).take(sites).with_min_len(CHUNK);
+                positions.map(Vec3::from_slice).collect()
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::shared::CoarseToFine;
 use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
-use crate::mesh::chunks::par_clone;
+use crate::mesh::chunks::{CHUNK, par_clone};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
 use crate::pipeline::submission::Submissions;
@@ -50,10 +50,11 @@ impl MeshOnDevice {
         let ConstrainedMesh { mesh: TriMesh { vertices, triangles }, patches, fixed, lengths, cache, .. } =
             constrained;
         let half_edges = cache.take(par_clone(triangles), vertices.len(), patches);
+        let all = (0..vertices.len()).into_par_iter().with_min_len(CHUNK);
         Ok(Self {
             mesh: DeviceMesh::of(device, &half_edges, vertices, (fixed, lengths))?,
             under: Buffer::from_slice(device, "polish.site_triangle", under)?,
-            fixed: (0..vertices.len()).into_par_iter().map(|v| is_fixed(&half_edges, fixed, v)).collect(),
+            fixed: all.map(|v| is_fixed(&half_edges, fixed, v)).collect(),
             half_edges,
         })
     }

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Download, Recorder, Submitted};
+use crate::mesh::chunks::CHUNK;
 use crate::pipeline::near_sites::LIST;
 use crate::pipeline::submission::{Pace, require_moves};
 use crate::progress::ProgressReporter;
@@ -194,7 +195,8 @@ impl Level {
         let mut steps = Vec::new();
         let mut recorder = Recorder::new(device)?;
         // The seeds are the first targets; projection onto the surface gives them their normals.
-        let targets: Vec<Vec4> = start.sites.positions.par_iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let positions = start.sites.positions.par_iter().with_min_len(CHUNK);
+        let targets: Vec<Vec4> = positions.map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
         if let Some(pinned) = &start.pinned {
             recorder.upload(&self.sites, &pinned.sites)?;

@@ -2,6 +2,7 @@
 
 use crate::TriMesh;
 use crate::mesh::NONE;
+use crate::mesh::chunks::CHUNK;
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::triangle::closest_on_triangle;
@@ -134,8 +135,8 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
         edges.par_sort_unstable_by(|a, b| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(missing);
     }
-    sites.positions.par_extend(edges.par_iter().map(middle));
-    sites.triangles.par_extend(edges.par_iter().map(triangle));
+    sites.positions.par_extend(edges.par_iter().with_min_len(CHUNK).map(middle));
+    sites.triangles.par_extend(edges.par_iter().with_min_len(CHUNK).map(triangle));
     if sites.len() < count {
         add_centres(coarser, count, &mut sites);
     }

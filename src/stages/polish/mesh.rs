@@ -1,7 +1,7 @@
 //! A mesh with its half-edges on the device.
 
 use crate::gpu::{Buffer, Device, Download, Recorder, Submitted};
-use crate::mesh::chunks::par_clone;
+use crate::mesh::chunks::{CHUNK, par_clone};
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec4};
@@ -50,7 +50,8 @@ impl DeviceMesh {
             half_edges.valence(v) | if moves { 0 } else { FIXED }
         };
         let positions = packed(points, lengths);
-        let states: Vec<u32> = (0..points.len() as u32).into_par_iter().map(state).collect();
+        let vertices = (0..points.len() as u32).into_par_iter().with_min_len(CHUNK);
+        let states: Vec<u32> = vertices.map(state).collect();
         let corners = half_edges.triangles.as_flattened();
         Ok(Self {
             positions: Buffer::from_slice(device, "polish.mesh.positions", &positions)?,
@@ -111,7 +112,7 @@ impl HalfEdgeCopy {
     pub fn read(&self, done: &Submitted, half_edges: &mut HalfEdgeMesh) -> Result<()> {
         let (states, corners) = (done.view(&self.states)?, done.view(&self.corners)?);
         let (twins, firsts) = (done.view(&self.twins)?, done.view(&self.firsts)?);
-        let valences = states.par_iter().map(|state| state & !FIXED).collect();
+        let valences = states.par_iter().with_min_len(CHUNK).map(|state| state & !FIXED).collect();
         half_edges.replace(par_clone(corners.as_chunks().0), par_clone(twins), firsts, valences);
         Ok(())
     }
