@@ -191,6 +191,7 @@ pub(crate) fn par_fold_corners<T: Send>(
     fold: impl Fn(&mut T, u32) + Sync,
 ) {
     let count = values.len();
+    assert!(count > 0 || corners.is_empty(), "there are corners, but no vertices");
     let ranges = if corners.len() < FEW_CORNERS { 1 } else { rayon::current_num_threads().min(MOST_RANGES) };
     let wide = count.div_ceil(ranges).max(1);
     // Every thread looks at all corners and takes those at its own range of vertices.
@@ -229,6 +230,12 @@ mod tests {
                 assert_eq!(found, wanted, "{count} corners, {threads} threads");
             }
         }
+    }
+
+    #[test]
+    #[should_panic(expected = "no vertices")]
+    fn corners_without_vertices_are_refused() {
+        par_fold_corners(&[0], &mut [], |(), _| ());
     }
 
     #[test]
