@@ -6,15 +6,8 @@ use crate::TriMesh;
 
 /// Whether files of this format hold positions as 32-bit numbers, so that [`rounded`] changes them.
 pub(crate) fn has_32_bits(format: Format) -> bool {
-    matches!(format, Format::Stl | Format::Glb)
-}
-
-/// The mesh with its positions as a file of this format holds them: rounded for STL and GLB, the same for the
-/// others. Positions that a file cannot hold at all, beyond 3.4e38 in STL, become infinite.
-pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
-    let vertices = match format {
-        Format::Stl => mesh.vertices.iter().map(|vertex| vertex.as_vec3().as_dvec3()).collect(),
-        Format::Glb => gltf::rounded_positions(mesh),
+    match format {
+        Format::Stl | Format::Glb => true,
         Format::Obj
         | Format::Ply
         | Format::Off
@@ -32,7 +25,19 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Vtu
         | Format::Vtk
         | Format::Vti
-        | Format::ThreeMf => mesh.vertices.clone(),
+        | Format::ThreeMf => false,
+    }
+}
+
+/// The mesh with its positions as a file of this format holds them: rounded for STL and GLB, the same for the
+/// others. Positions that a file cannot hold at all, beyond 3.4e38 in STL, become infinite.
+pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
+    if !has_32_bits(format) {
+        return mesh.clone();
+    }
+    let vertices = match format {
+        Format::Glb => gltf::rounded_positions(mesh),
+        _ => mesh.vertices.iter().map(|vertex| vertex.as_vec3().as_dvec3()).collect(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }
