@@ -29,6 +29,12 @@ pub(crate) fn par_clone<T: Copy + Send + Sync>(list: &[T]) -> Vec<T> {
     list.par_iter().with_min_len(CHUNK).copied().collect()
 }
 
+/// Where each part begins in the list of [`par_concat`].
+pub(crate) fn begins<T>(parts: &[Vec<T>]) -> Vec<u32> {
+    let begin = |total: &mut u32, part: &Vec<T>| Some(std::mem::replace(total, *total + part.len() as u32));
+    parts.iter().scan(0, begin).collect()
+}
+
 /// The parts one after the other, in one list.
 pub(crate) fn par_concat<T: Pod + Send + Sync>(parts: &[Vec<T>]) -> Vec<T> {
     let mut all: Vec<T> = zeroed_vec(parts.iter().map(Vec::len).sum());

@@ -1,6 +1,6 @@
 //! Fans: the neighbours of every site in cyclic order.
 
-use crate::mesh::chunks::{par_concat, par_map_chunks};
+use crate::mesh::chunks::{begins, par_concat, par_map_chunks};
 use glam::Vec2;
 use rayon::prelude::*;
 
@@ -30,13 +30,7 @@ impl Fans {
     pub(crate) fn from_parts(parts: Vec<FansPart>) -> Self {
         let (neighbours, mut ends): (Vec<Vec<u32>>, Vec<Vec<u32>>) =
             parts.into_iter().map(|part| (part.neighbours, part.counts)).unzip();
-        let mut total = 0;
-        let begin = |neighbours: &Vec<u32>| {
-            total += neighbours.len() as u32;
-            total - neighbours.len() as u32
-        };
-        let begins: Vec<u32> = neighbours.iter().map(begin).collect();
-        ends.par_iter_mut().zip(begins).for_each(|(counts, mut end)| {
+        ends.par_iter_mut().zip(begins(&neighbours)).for_each(|(counts, mut end)| {
             for count in counts {
                 end += *count;
                 *count = end;

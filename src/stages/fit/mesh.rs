@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::gpu::kernels::fit::{faces, vertices};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
-use crate::mesh::chunks::{par_concat, par_map_chunks_of};
+use crate::mesh::chunks::{begins, par_concat, par_map_chunks_of};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
 use crate::stages::polish::mesh::{DeviceMesh, FIXED};
@@ -53,13 +53,8 @@ impl Links {
             (range.start as u32..range.end as u32).filter(|h| first(*h) == *h).collect::<Vec<u32>>()
         });
         let mut numbers: Vec<u32> = zeroed_vec(count);
-        let mut begin = 0;
-        let parts = numbers.chunks_mut(CHUNK).zip(&edges).map(|part| {
-            begin += part.1.len() as u32;
-            (begin - part.1.len() as u32, part)
-        });
-        let parts: Vec<_> = parts.collect();
-        parts.into_par_iter().for_each(|(begin, (numbers, edges))| {
+        let parts = numbers.par_chunks_mut(CHUNK).zip(&edges).zip(begins(&edges));
+        parts.for_each(|((numbers, edges), begin)| {
             (begin..).zip(edges).for_each(|(number, h)| numbers[*h as usize % CHUNK] = number);
         });
         let mut starts = vec![0; moves.len() + 1];
