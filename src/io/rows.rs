@@ -24,3 +24,17 @@ pub(crate) fn write_rows(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_beyond_those_in_memory_are_written_in_their_order() {
+        let count = ROWS + 4097;
+        let mut file = Vec::new();
+        write_rows(&mut file, count, |rows, row| rows.extend((row as u32).to_le_bytes())).unwrap();
+        let wanted: Vec<u8> = (0..count as u32).flat_map(u32::to_le_bytes).collect();
+        assert!(file == wanted, "{} bytes of {}", file.len(), wanted.len());
+    }
+}

@@ -14,6 +14,7 @@ use std::collections::HashMap;
 const FEW: usize = 4096;
 
 /// All sectors in the order of their sites.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Sectors {
     /// First sector of each site, and the end of the last.
     first: Vec<u32>,
@@ -45,6 +46,11 @@ impl Sectors {
         if !inside.par_iter().with_min_len(FEW).any(|t| *t == NONE) {
             return Self::inside(surface, inside);
         }
+        Self::anywhere(surface, places)
+    }
+
+    /// Like [`Sectors::new`], for any places.
+    fn anywhere(surface: &CellSurface, places: &[Place]) -> Self {
         let lookup = PlaceLookup::new(surface, places);
         let n = places.len();
         let mut sectors = Self {
@@ -209,4 +215,26 @@ impl PlaceLookup {
 pub(crate) fn sites_by_triangle(triangles: usize, sectors: &Sectors) -> Csr {
     let of = |s: usize| sectors.around(s).iter().map(move |t| (*t, sectors.site[s]));
     Csr::group(triangles, (0..sectors.len()).flat_map(of))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn sites_in_triangles_have_the_same_sectors_in_both_ways() {
+        let mesh = sample("genus3").unwrap();
+        let count = mesh.triangles.len();
+        let normals: Vec<DVec3> = (0..count).map(|t| mesh.doubled_normal(t).normalize()).collect();
+        let thirds: Vec<u32> = (0..count as u32).map(|t| t % 3).collect();
+        for patches in [&[], thirds.as_slice()] {
+            let surface = CellSurface::new(&mesh.vertices, &mesh.triangles, &normals).cut_along(&[], patches);
+            for sites in [0, 1, 3 * FEW + 5] {
+                let triangles: Vec<u32> = (0..sites).map(|i| (i * i % count) as u32).collect();
+                let anywhere = Sectors::anywhere(&surface, &Place::inside(&triangles));
+                assert!(Sectors::inside(&surface, triangles) == anywhere, "{sites} sites");
+            }
+        }
+    }
 }

@@ -131,3 +131,44 @@ impl<'a> FitMesh<'a> {
         recorder.dispatch(&self.faces, Threads(self.mesh.triangles()), &push, &bindings)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::half_edge_mesh::VertexKind;
+    use crate::mesh::half_edges::edge_key;
+    use std::collections::HashMap;
+
+    #[test]
+    fn links_of_many_triangles_are_those_of_a_plain_loop() {
+        // A square of 129 by 129 cells, with more vertices and far more half-edges than one thread's.
+        let side = 130;
+        let corners = (0..side - 1).flat_map(|y| (0..side - 1).map(move |x| side * y + x));
+        let cell = |v: u32| [[v, v + 1, v + side], [v + side, v + 1, v + side + 1]];
+        let triangles: Vec<[u32; 3]> = corners.flat_map(cell).collect();
+        let vertices = (side * side) as usize;
+        let half_edges = HalfEdgeMesh::new(triangles, vertices, &[]);
+        assert!(vertices > CHUNK && half_edges.twins().len() > 5 * CHUNK);
+        let ends = |h: u32| edge_key(half_edges.origin(h), half_edges.origin(next(h)));
+        let mut numbers = HashMap::new();
+        let mut edges = Vec::new();
+        for h in 0..half_edges.half_edge_count() {
+            numbers.entry(ends(h)).or_insert_with(|| {
+                edges.push(h);
+                edges.len() as u32 - 1
+            });
+        }
+        let moves = |v: &u32| half_edges.kind(*v) == VertexKind::Inner && !v.is_multiple_of(7);
+        let (mut starts, mut links) = (vec![0], Vec::new());
+        for v in 0..vertices as u32 {
+            let ring = half_edges.ring(v).filter(|_| moves(&v));
+            links.extend(ring.map(|h| UVec2::new(half_edges.origin(next(h)), numbers[&ends(h)])));
+            starts.push(links.len() as u32);
+        }
+        let moves: Vec<bool> = (0..vertices as u32).map(|v| moves(&v)).collect();
+        let found = Links::new(&half_edges, &moves);
+        assert!(found.edges == edges, "edges");
+        assert!(found.starts == starts, "starts");
+        assert!(found.links == links, "links");
+    }
+}
