@@ -24,7 +24,7 @@ pub(crate) fn par_map_chunks_of<T: Send>(
     (0..count.div_ceil(size)).into_par_iter().map(part).collect()
 }
 
-/// A copy of a list, of which each thread touches new pages of its own: that takes longer than to fill them.
+/// Copies a list by all threads: to touch new pages takes longer than to fill them.
 pub(crate) fn par_clone<T: Copy + Send + Sync>(list: &[T]) -> Vec<T> {
     list.par_iter().with_min_len(CHUNK).copied().collect()
 }

@@ -381,7 +381,8 @@ impl SharedPartition {
             if above == parent {
                 return parent;
             }
-            // What was above a member once always is, so it does not matter which thread is the last.
+            // What was above a member once is smaller and in the same set for good, so any thread may write
+            // last.
             self.parent[x as usize].store(above, Ordering::Relaxed);
             x = above;
         }

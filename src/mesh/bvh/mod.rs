@@ -17,7 +17,7 @@ const LEAF_SIZE: usize = 2;
 const MAX_HEURISTIC_DEPTH: usize = 48;
 /// The heuristic's depth and one level for each halving of at most 2^32 triangles.
 const STACK: usize = MAX_HEURISTIC_DEPTH + 40;
-/// Fewer triangles than this are done by one thread.
+/// Fewer triangles, or nodes of a tree, than this are done by one thread.
 const PARALLEL_SIZE: usize = 1 << 11;
 /// Boxes are pruned only beyond the best distance by this factor, since both distances are rounded.
 const SLACK: f64 = 1.0 + 1e-12;

@@ -51,7 +51,7 @@ impl<'a> Scene<'a> {
         if self.tree.get().is_some() {
             return;
         }
-        // Cells are far apart in memory, so that even a look at each takes a while.
+        // Cells are large, so that even a look at each takes a while.
         let all = cells.par_iter().enumerate().with_min_len(FEW_CELLS);
         let open: Vec<usize> = all.filter(|(_, cell)| cell.needs_more_sites).map(|(k, _)| k).collect();
         if open.is_empty() {

@@ -34,7 +34,7 @@ pub struct FitMesh<'a> {
     pub ground: TriangleRecords,
 }
 
-/// Half-edges or vertices that one thread looks at.
+/// Half-edges or vertices that one thread looks at at a time.
 const CHUNK: usize = 1 << 14;
 
 /// The edges of a mesh, and the links of its vertices.
