@@ -98,7 +98,7 @@ impl CoarseToFine<'_> {
         loop {
             let mut now = Improved::new(self.constrained(&level), level, spacing);
             // If local operations fail too, what there is has worse faults than uneven triangles.
-            let is_kept = now.level.is_sound || !self.is_replaced_as_a_whole();
+            let is_kept = now.level.is_sound || !self.is_replaced_as_a_whole(&now);
             if is_kept {
                 let on_device = self.polish(&mut now, &retries, reporting)?;
                 if self.context.options.coarse_to_fine.fit {
@@ -123,7 +123,7 @@ impl CoarseToFine<'_> {
                 }
                 add_ridges(&mut now.mesh);
             }
-            if is_kept && (found.faces == 0 || !self.is_replaced_as_a_whole()) {
+            if is_kept && (found.faces == 0 || !self.is_replaced_as_a_whole(&now)) {
                 self.mend(&mut now, found.faces, reporting)?;
             }
             now.fault = self.find_fault(&now, &found, reporting)?;
@@ -267,9 +267,15 @@ impl CoarseToFine<'_> {
         Ok(true)
     }
 
-    /// Whether a mesh of another topology is replaced as a whole by local operations.
-    fn is_replaced_as_a_whole(&self) -> bool {
-        !self.context.plan.has_kept() && Components::new(&self.context.surface.mesh()).count() == 1
+    /// Whether a faulty mesh is replaced as a whole by local operations.
+    fn is_replaced_as_a_whole(&self, now: &Improved) -> bool {
+        if self.context.plan.has_kept() {
+            return false;
+        }
+        let surface = self.context.surface.mesh();
+        let components = Components::new(&surface);
+        components.count() == 1
+            || components.are_replaced(&surface, &now.mesh.mesh, &now.level.sites.triangles)
     }
 
     /// What is wrong with the mesh in the end, the worst first.

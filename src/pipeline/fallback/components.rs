@@ -8,7 +8,7 @@ use crate::mesh::sizing::SizeField;
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::topology;
 use crate::pipeline::intersections::intersecting_in_units;
-use crate::{Result, TriMesh};
+use crate::{Error, Result, TriMesh};
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -18,6 +18,9 @@ const ENOUGH: usize = 32;
 const FEW_FOR_LARGE: usize = 64;
 /// Maximum number of times that the vertices of small components that run into others are doubled.
 const DOUBLINGS: u32 = 4;
+/// If components of more than this share of the area have another topology than the surface, nothing is
+/// improved, and the others are remeshed with them.
+const NEARLY_ALL: f64 = 0.9;
 /// Vertices of the smallest other component on the coarsest level.
 const ON_COARSEST: f64 = 12.0;
 
@@ -220,6 +223,7 @@ pub(crate) struct RepairInput<'a> {
 }
 
 /// A result by the components of the surface.
+#[derive(Clone)]
 struct Comparison {
     /// Whether the result has the component's topology.
     is_right: Vec<bool>,
@@ -228,8 +232,9 @@ struct Comparison {
 }
 
 impl Components {
-    /// Replaces the components of `result` that do not have the topology of the surface by new ones, with
-    /// as many vertices in all; returns the number of components replaced.
+    /// Replaces the components of `result` that do not have the topology of the surface, or other faults, by
+    /// new ones, with as many vertices in all; returns the number of components replaced. Where nearly all of
+    /// the area has another topology, all are, if there are enough vertices for that.
     ///
     /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
     /// [`crate::Error::Cancelled`].
@@ -248,7 +253,9 @@ impl Components {
         }
         let part_of = |v: u32| self.of_triangle[under[v as usize] as usize] as usize;
         let submeshes = self.submeshes(surface);
-        let Comparison { mut is_right, triangles, vertices } = self.compare(&submeshes, result, &part_of);
+        let mut found = self.compare(&submeshes, result, &part_of);
+        let hardly_improved = self.are_nearly_all(&found.is_right);
+        let is_right = &mut found.is_right;
         let faulty = faulty_faces.iter().flat_map(|t| result.triangles[*t as usize]);
         faulty.for_each(|v| is_right[part_of(v)] = false);
         if !missing.is_empty() {
@@ -257,19 +264,51 @@ impl Components {
                 is_right[*part as usize] &= !triangle.iter().any(|v| missing.contains(v));
             }
         }
-        let wrong: Vec<usize> = (0..self.count()).filter(|part| !is_right[*part]).collect();
+        if hardly_improved {
+            let all = Comparison { is_right: vec![false; self.count()], ..found.clone() };
+            match self.replace(result, &all, &submeshes, target) {
+                Err(Error::Usage { .. }) => {}
+                replaced => return replaced,
+            }
+        }
+        self.replace(result, &found, &submeshes, target)
+    }
+
+    /// Replaces the components that are not right, as [`Components::repair`] does.
+    fn replace(
+        &self,
+        result: &mut TriMesh,
+        found: &Comparison,
+        submeshes: &[TriMesh],
+        target: &ComponentTarget,
+    ) -> Result<usize> {
+        let Comparison { is_right, triangles, vertices } = found;
+        let (right, wrong): (Vec<usize>, Vec<usize>) = (0..self.count()).partition(|part| is_right[*part]);
         if wrong.is_empty() {
             return Ok(0);
         }
-        let kept: usize = (0..self.count()).filter(|part| is_right[*part]).map(|part| vertices[part]).sum();
+        let kept: usize = right.iter().map(|part| vertices[*part]).sum();
         let parts: Vec<Part> =
             wrong.iter().map(|part| self.sized_part(&submeshes[*part], *part, target.sizes)).collect();
         let remeshed = remesh_all(&parts, &target.with_vertices(result.vertices.len() - kept))?;
-        let right = (0..self.count()).filter(|part| is_right[*part]);
-        let keep: Vec<u32> = right.flat_map(|part| triangles[part].clone()).collect();
+        let keep: Vec<u32> = right.iter().flat_map(|part| triangles[*part].clone()).collect();
         *result = extract(result, &keep);
         remeshed.iter().for_each(|part| append(result, part));
         Ok(wrong.len())
+    }
+
+    /// Whether the triangles of a result over these triangles of the surface have another topology nearly
+    /// everywhere, so that [`Components::repair`] replaces all of them.
+    pub fn are_replaced(&self, surface: &TriMesh, result: &TriMesh, under: &[u32]) -> bool {
+        let part_of = |v: u32| self.of_triangle[under[v as usize] as usize] as usize;
+        self.are_nearly_all(&self.compare(&self.submeshes(surface), result, &part_of).is_right)
+    }
+
+    /// Whether those that are not right have nearly all of the area.
+    fn are_nearly_all(&self, is_right: &[bool]) -> bool {
+        let wrong: f64 =
+            self.areas.iter().zip(is_right).filter(|(_, is_right)| !**is_right).map(|(area, _)| area).sum();
+        wrong > NEARLY_ALL * self.area()
     }
 
     /// Compares the components of a result with those of the surface.
@@ -413,4 +452,29 @@ fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> 
     }
     // With sharp edges, the least number of vertices is not always reached.
     Err(too_few(target.vertices, parts.len(), 2 * target.vertices))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn all_are_replaced_where_nearly_all_of_the_area_is_wrong() {
+        let large = sample("bumpy-sphere").unwrap();
+        for (scale, expected) in [(0.2, true), (0.5, false), (1.0, false)] {
+            let mut surface = large.clone();
+            let vertices = large.vertices.iter().map(|p| *p * scale + 9.0 * glam::DVec3::X).collect();
+            append(&mut surface, &TriMesh { vertices, triangles: large.triangles.clone() });
+            let mut under = vec![0; surface.vertices.len()];
+            for (t, triangle) in (0..).zip(&surface.triangles) {
+                triangle.iter().for_each(|v| under[*v as usize] = t);
+            }
+            let components = Components::new(&surface);
+            assert!(!components.are_replaced(&surface, &surface, &under));
+            // A hole in the first component, which is the larger one.
+            let torn = TriMesh { triangles: surface.triangles[1..].to_vec(), ..surface.clone() };
+            assert_eq!(components.are_replaced(&surface, &torn, &under), expected, "{scale}");
+        }
+    }
 }

@@ -16,6 +16,9 @@ use crate::{Error, ProgressToken, Result, TriMesh};
 /// Slivers are few up to this share of all triangles.
 const FEW_SLIVERS: f64 = 0.02;
 
+/// More broken cells than this share of all are many.
+const MANY_BROKEN: f64 = 0.03;
+
 /// The surface of a run, for other ways where cells fail.
 #[derive(Clone, Copy)]
 pub(crate) struct Fallback<'a> {
@@ -49,7 +52,9 @@ impl Fallback<'_> {
             faulty_faces: &faulty_faces,
             missing: &missing,
         };
-        let target = self.component_target(faulty.vertices, progress);
+        let broken = faulty.counts.cells.map_or(0, |cells| cells.broken_cells);
+        let has_broken_cells = broken as f64 > MANY_BROKEN * faulty.vertices as f64;
+        let target = ComponentTarget { has_broken_cells, ..self.component_target(faulty.vertices, progress) };
         let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
         let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
         if simplified_components == 0 {

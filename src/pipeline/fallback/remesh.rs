@@ -38,6 +38,8 @@ pub(crate) struct ComponentTarget<'a> {
     pub frame: &'a UnitFrame,
     /// Whether a mesh that is close to the surface, however uneven, comes first: see [`Closer`].
     pub closely: bool,
+    /// Whether many cells of the surface were broken.
+    pub has_broken_cells: bool,
     /// Over the whole surface; `None` if edges are equally long everywhere.
     pub sizes: Option<&'a SizeField>,
     pub progress: &'a ProgressToken,
@@ -62,6 +64,7 @@ impl<'a> ComponentTarget<'a> {
             spacing,
             frame,
             closely: false,
+            has_broken_cells: false,
             sizes: None,
             progress,
         }
@@ -180,8 +183,12 @@ fn remesh_locally(
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let mut best: Option<(f64, ConstrainedMesh)> = None;
     let handles = before.topology.euler.unsigned_abs() as usize / 2;
-    let has_many_handles = before.topology.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
-    let (mut guarded, mut refused) = (has_many_handles, None);
+    let has_handles = before.topology.euler < 0;
+    let has_many_handles = has_handles && target.vertices <= VERTICES_PER_HANDLE * handles;
+    // A try without a guard mostly fails where many cells between handles were broken, and counts as refused.
+    let would_probably_fail = has_handles && target.has_broken_cells && !has_many_handles;
+    let mut guarded = has_many_handles || would_probably_fail;
+    let mut refused = would_probably_fail.then_some((TRIES[0], false));
     for longest in TRIES {
         // That would be the same once more.
         if refused == Some((longest, guarded)) {
