@@ -164,7 +164,7 @@ impl Iteration {
             momentum: 0.0,
             largest_move: self.largest_move(),
             widest: self.widest(),
-            exact: true,
+            exact_within: PlanarMove::ALL,
         }
     }
 

@@ -4,7 +4,8 @@
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide), insecure.
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
 //   insecure: counts open faces, and counts and lists the sites whose lists do not reach the radius of
-//   security either, each with the radius in which the boxes have all sites that may cut its face.
+//   security either, unless they reach too far, each with the radius in which the boxes have all sites that
+//   may cut its face.
 // Filled by face/planar, neighbours/lists, step/settle and normals/smooth; consumed by face/planar_exact,
 // project/walk and the next iteration.
 #version 450
@@ -25,7 +26,8 @@ layout(push_constant) uniform Push {
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
     uint threads; // of all workgroups
-    uint take_all; // 1: faces that the list does not decide are taken as they are, and none is left to others
+    // Faces that the list does not decide are taken as they are if they reach this many times as far.
+    float exact_within;
 };
 READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
@@ -54,9 +56,9 @@ void main() {
             cut_face(j, j != NONE);
         } while (++s < K);
         ListBounds bounds = list_bounds(AT2(away, site), uintBitsToFloat(status[1]));
-        float secure = max(bounds.after_all, 0.0);
+        float secure = max(bounds.after_all, 0.0), within = exact_within * max(bounds.reach, 1e-6 * widest);
         bool decided = !grown_full && 4.0 * grown_radius_sq <= secure * secure;
-        if (decided || take_all != 0u) {
+        if (decided || grown_radius_sq >= within * within) {
             vec2 balance = centroid_of(sum_slots());
             aim(site, site_place, site_place + balance.x * site_u + balance.y * site_v, grown_radius_sq);
             if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);

@@ -27,6 +27,10 @@ const MAX_RHO: f32 = 0.14;
 const WIDEST: f64 = 2.5;
 /// Number of iterations at the end of a level whose faces are exact even where the lists do not decide them.
 const EXACT: u32 = 10;
+/// Where sizes vary, faces that reach this many times as far as their lists stay as these leave them: those
+/// of needles among sites that are far closer together than the largest size. Thousands of sites may cut such
+/// a face, and its centroid is not to be trusted.
+const HOPELESS: f32 = 8.0;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
 /// Largest product of sites and checks in a submission of a coarse level: at each check, all results are
@@ -277,7 +281,7 @@ impl Level {
             momentum: if last { 0.0 } else { share.min(self.moves.momentum) },
             largest_move: (longest * largest) as f32,
             widest: (WIDEST * self.spacing * largest) as f32,
-            exact: iteration + EXACT >= self.iterations,
+            exact_within: self.exact_within(iteration),
         };
         self.faces.record(recorder, &inputs, &step)?;
         if let (Some(sizing), Some(sizes)) = (&self.sizing, surface.sizes) {
@@ -290,6 +294,15 @@ impl Level {
             keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing, lengths)?;
         }
         self.record_move(recorder, surface, iteration)
+    }
+
+    /// See [`PlanarMove::exact_within`].
+    fn exact_within(&self, iteration: u32) -> f32 {
+        match &self.sizing {
+            _ if iteration + EXACT < self.iterations => 0.0,
+            Some(_) => HOPELESS,
+            None => PlanarMove::ALL,
+        }
     }
 
     fn record_move(&self, recorder: &mut Recorder, surface: &DeviceSurface, iteration: u32) -> Result<()> {

@@ -90,9 +90,20 @@ pub struct PlanarMove {
     pub largest_move: f32,
     /// No face reaches farther from its site.
     pub widest: f32,
-    /// Whether faces that the lists do not decide are completed by the walk. Else they stay as the lists
+    /// Faces that the lists do not decide are completed by the walk if they reach less than this many times
+    /// as far as their lists; all are with [`PlanarMove::ALL`], and none with 0. Others stay as the lists
     /// leave them, maybe too large, which does while sites still move far.
-    pub exact: bool,
+    pub exact_within: f32,
+}
+
+impl PlanarMove {
+    /// All faces are completed.
+    pub const ALL: f32 = 1e9;
+
+    /// Whether any face is completed by the walk.
+    fn is_exact(&self) -> bool {
+        self.exact_within > 0.0
+    }
 }
 
 /// Faces of one iteration that needed more work.
@@ -190,8 +201,7 @@ impl PlanarFaces {
         })
     }
 
-    /// Compiles the kernel that only [`PlanarMove::exact`] needs, which takes as long as all others, for
-    /// [`PlanarOptions::new`].
+    /// Compiles the kernel of the walk, which takes as long as all others, for [`PlanarOptions::new`].
     ///
     /// # Errors
     /// [`crate::Error::Device`].
@@ -217,12 +227,12 @@ impl PlanarFaces {
         }
         // Few faces are left; both kernels loop over them with however many threads they have.
         for block in &blocks {
-            let (threads, take_all) = (block.own.sites.div_ceil(16), u32::from(!step.exact));
+            let (threads, within) = (block.own.sites.div_ceil(16), step.exact_within);
             let (push, bindings) =
-                listed!(planar_rest, self, inputs, step, block, threads: threads, take_all: take_all);
+                listed!(planar_rest, self, inputs, step, block, threads: threads, exact_within: within);
             recorder.dispatch(&self.rest, Threads(threads as usize), &push, &bindings)?;
         }
-        if step.exact { self.record_exact(recorder, inputs, &blocks, step) } else { Ok(()) }
+        if step.is_exact() { self.record_exact(recorder, inputs, &blocks, step) } else { Ok(()) }
     }
 
     fn record_exact(

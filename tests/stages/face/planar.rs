@@ -162,7 +162,13 @@ fn assert_faces(scene: &Scene) -> usize {
 }
 
 fn step(momentum: f32, widest: f64) -> PlanarMove {
-    PlanarMove { iteration: 0, momentum, largest_move: 10.0, widest: widest as f32, exact: true }
+    PlanarMove {
+        iteration: 0,
+        momentum,
+        largest_move: 10.0,
+        widest: widest as f32,
+        exact_within: PlanarMove::ALL,
+    }
 }
 
 fn targets(scene: &Scene, options: &PlanarOptions) -> (Vec<Vec4>, PlanarCounts) {
@@ -263,7 +269,7 @@ fn without_the_walk_undecided_faces_are_what_the_list_makes_of_them() {
         let (exact, counts) = targets(&scene, &options);
         let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &options).unwrap();
         let mut recorder = Recorder::new(device()).unwrap();
-        let step = PlanarMove { exact: false, ..step(0.0, widest) };
+        let step = PlanarMove { exact_within: 0.0, ..step(0.0, widest) };
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
@@ -287,6 +293,26 @@ fn faces_are_exact_with_short_lists() {
             assert!(k > 8 || counts.undecided_by_list > 20, "{name}: {counts:?}");
         }
     }
+}
+
+/// As along a needle whose sites are far closer together than those that bound its faces.
+#[test]
+fn faces_far_beyond_their_lists_stay_open_where_they_may() {
+    // Four rows: faces are open at the outer ones, and reach 3 to 6 times as far as the lists.
+    let (_, sites, normals, widest) = scenes().pop().unwrap();
+    let scene = Scene::new(&sites, &normals, 8, widest);
+    let left_to_the_walk = [0.0, 1.0, 4.0, PlanarMove::ALL].map(|exact_within| {
+        let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &scene.options()).unwrap();
+        let mut recorder = Recorder::new(device()).unwrap();
+        let step = PlanarMove { exact_within, ..step(0.0, widest) };
+        faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        faces.counts(0).unwrap().undecided_by_list
+    });
+    println!("{left_to_the_walk:?}");
+    let [none, few, some, all] = left_to_the_walk;
+    assert!(none == 0 && few < some && some < all, "{left_to_the_walk:?}");
 }
 
 #[test]
@@ -496,7 +522,7 @@ fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
         let scene = CurveScene::in_blocks(900, 4, block);
         let options = PlanarOptions { workgroup, ..PlanarOptions::new(K as u32, 1) };
         let faces = PlanarFaces::new(device(), &scene.neighbours.blocks(), &options).unwrap();
-        let step = PlanarMove { iteration: 0, momentum: 0.9, largest_move: 10.0, widest: 1.0, exact: true };
+        let step = step(0.9, 1.0);
         let mut recorder = Recorder::new(device()).unwrap();
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
