@@ -29,12 +29,12 @@ impl<'a> LocalSurface<'a> {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn new_close(
-        surface: &'a TriMesh,
+        (surface, target): (&'a TriMesh, &'a Target),
         features: &Features,
         (lengths, count): (&'a [f64], usize),
         progress: &ProgressToken,
     ) -> Result<Self> {
-        Self::start(surface, features, (lengths, count), Some(AT_FIRST), progress)
+        Self::start((surface, target), features, (lengths, count), Some(AT_FIRST), progress)
     }
 
     /// Like [`LocalSurface::remeshed`], but what counts is the distance between mesh and surface, and edges
@@ -42,13 +42,8 @@ impl<'a> LocalSurface<'a> {
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn remeshed_closely(
-        &self,
-        target: &Target,
-        guarded: bool,
-        progress: &ProgressToken,
-    ) -> Result<ConstrainedMesh> {
-        let Self { surface, lengths, ref polylines, count, spacing, .. } = *self;
+    pub fn remeshed_closely(&self, guarded: bool, progress: &ProgressToken) -> Result<ConstrainedMesh> {
+        let Self { surface, target, lengths, ref polylines, count, spacing, .. } = *self;
         let mut mesh = self.mesh.clone();
         let mut length = spacing;
         if mesh.samples.is_none() {
@@ -61,7 +56,7 @@ impl<'a> LocalSurface<'a> {
                 if progress.leave_out() {
                     return Ok(mesh.into_constrained(polylines));
                 }
-                self.close_round(&mut mesh, length, tolerance * spacing, (target, guard))?;
+                self.close_round(&mut mesh, length, tolerance * spacing, guard)?;
                 mesh.refresh_sizes(surface, target, lengths);
                 let ratio = (mesh.used() as f64 / count as f64).sqrt();
                 length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
@@ -72,18 +67,12 @@ impl<'a> LocalSurface<'a> {
             }
         }
         self.collapse_closely(&mut mesh, guard)?;
-        self.finished(mesh, target, guard)
+        self.finished(mesh, guard)
     }
 
     /// All operations once.
-    fn close_round(
-        &self,
-        mesh: &mut StarMesh,
-        length: f64,
-        tolerance: f64,
-        (target, guard): (&Target, Guard),
-    ) -> Result<()> {
-        let (polylines, progress) = (&self.polylines, guard.progress);
+    fn close_round(&self, mesh: &mut StarMesh, length: f64, tolerance: f64, guard: Guard) -> Result<()> {
+        let (target, polylines, progress) = (self.target, &self.polylines, guard.progress);
         let most = (MOST_SPLIT * self.count).max(mesh.used());
         mesh.split_long(LONG * length, most, polylines);
         guard.run(mesh, |mesh| {

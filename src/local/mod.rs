@@ -43,6 +43,10 @@ const ROUNDS: u32 = 10;
 const MOST_CHANGE: f64 = 1.25;
 /// Minimum target length, in spacings.
 const LEAST: f64 = 0.85;
+/// Needles are crowded if splits have added more than this many times the number of vertices asked for.
+const CROWDED: usize = 4;
+/// Target length of the first round where needles are crowded, in spacings.
+const LONG_AT_FIRST: f64 = 2.0;
 /// Edges shorter than this, in target lengths, are collapsed at a greater cost in shape.
 const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
@@ -84,32 +88,37 @@ pub struct LocalOptions {
 /// edges split, and edges much shorter than what is wanted collapsed.
 pub struct LocalSurface<'a> {
     surface: &'a TriMesh,
+    /// The same in the patches of its features.
+    target: &'a Target,
     lengths: &'a [f64],
     polylines: Vec<Polyline>,
     mesh: StarMesh,
     /// The number of vertices that are wanted, and the edge length for it.
     count: usize,
     spacing: f64,
+    /// Whether far more vertices would be needed to split long needles into edges of that length.
+    is_crowded: bool,
 }
 
 impl<'a> LocalSurface<'a> {
-    /// Of a surface with these features, for a number of vertices. `lengths` has the relative target edge
-    /// length at each vertex of the surface; empty if they are all equal. Panics if an index is out of range.
+    /// Of a surface with these features, for a number of vertices. `target` is the same surface in the
+    /// patches of the features, and `lengths` has the relative target edge length at each of its vertices;
+    /// empty if they are all equal. Panics if an index is out of range.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn new(
-        surface: &'a TriMesh,
+        (surface, target): (&'a TriMesh, &'a Target),
         features: &Features,
         (lengths, count): (&'a [f64], usize),
         progress: &ProgressToken,
     ) -> Result<Self> {
-        Self::start(surface, features, (lengths, count), None, progress)
+        Self::start((surface, target), features, (lengths, count), None, progress)
     }
 
     /// Like [`LocalSurface::new`]; with a tolerance in spacings, samples keep the mesh close to the surface.
     fn start(
-        surface: &'a TriMesh,
+        (surface, target): (&'a TriMesh, &'a Target),
         features: &Features,
         (lengths, count): (&'a [f64], usize),
         tolerance: Option<f64>,
@@ -118,7 +127,7 @@ impl<'a> LocalSurface<'a> {
         let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, lengths)).sum();
         let polylines = polylines(surface, features);
         let mut mesh = StarMesh::new(surface, features, &polylines, lengths);
-        let spacing = spacing(area, count);
+        let (spacing, mut is_crowded) = (spacing(area, count), false);
         if spacing > 0.0 && spacing.is_finite() {
             mesh.samples = tolerance.map(|tolerance| {
                 let mut samples = SurfaceSamples::new(surface, count, spacing);
@@ -127,9 +136,18 @@ impl<'a> LocalSurface<'a> {
             });
             // Long needles, as in CAD models, are flipped away where the surface is flat, then cut up.
             mesh.flip(progress)?;
+            let before = mesh.used();
             for factor in COARSE {
+                is_crowded = tolerance.is_none() && mesh.used() > before + CROWDED * count;
+                if is_crowded {
+                    break;
+                }
+                let used = mesh.used();
                 mesh.split_long(factor * spacing, (MOST_SPLIT * count).max(mesh.used()), &polylines);
                 mesh.flip(progress)?;
+                if mesh.used() > used {
+                    mesh.refresh_sizes(surface, target, lengths);
+                }
             }
             let guard = Guard { looks: true, progress };
             for factor in FINE.into_iter().take_while(|_| !progress.leave_out()) {
@@ -140,7 +158,7 @@ impl<'a> LocalSurface<'a> {
                 }
             }
         }
-        Ok(Self { surface, lengths, polylines, mesh, count, spacing })
+        Ok(Self { surface, target, lengths, polylines, mesh, count, spacing, is_crowded })
     }
 
     /// Makes corners of the vertices nearest to these points.
@@ -155,20 +173,17 @@ impl<'a> LocalSurface<'a> {
     }
 
     /// Remeshed to exactly as many vertices as wanted; to more if the topology and the features need more, to
-    /// fewer if the surface has no area, and to any number if the work is to finish early. `target` is the
-    /// same surface in the patches of its features. The result has the topology of the surface.
+    /// fewer if the surface has no area, and to any number if the work is to finish early. The result has
+    /// the topology of the surface.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn remeshed(
-        &self,
-        target: &Target,
-        options: &LocalOptions,
-        progress: &ProgressToken,
-    ) -> Result<ConstrainedMesh> {
-        let Self { surface, lengths, ref polylines, count, spacing, .. } = *self;
+    pub fn remeshed(&self, options: &LocalOptions, progress: &ProgressToken) -> Result<ConstrainedMesh> {
+        let Self { surface, target, lengths, ref polylines, count, spacing, .. } = *self;
         let mut mesh = self.mesh.clone();
-        let mut length = spacing;
+        // Needles lose vertices around them only where edges are longer, and do not get them back.
+        let is_long = self.is_crowded && !options.gradual;
+        let mut length = if is_long { LONG_AT_FIRST * spacing } else { spacing };
         if !(length > 0.0 && length.is_finite()) {
             return Ok(mesh.into_constrained(polylines));
         }
@@ -178,7 +193,7 @@ impl<'a> LocalSurface<'a> {
             for factor in GRADUAL {
                 for _ in 0..progress.at_most(0, GRADUAL_ROUNDS) {
                     let length = factor * spacing;
-                    self.round(&mut mesh, (length, length, most), (target, guard))?;
+                    self.round(&mut mesh, (length, length, most), guard)?;
                 }
             }
         }
@@ -194,19 +209,19 @@ impl<'a> LocalSurface<'a> {
             }
             before = state;
             let most = (MOST_SPLIT * count).max(mesh.used());
-            self.round(&mut mesh, (length, spacing, most), (target, guard))?;
+            self.round(&mut mesh, (length, spacing, most), guard)?;
             mesh.refresh_sizes(surface, target, lengths);
             let ratio = (mesh.used() as f64 / count as f64).sqrt();
             length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
             length = length.clamp(LEAST * spacing, options.longest * spacing);
         }
         mesh.collapse_to(count, spacing, polylines, guard)?;
-        self.finished(mesh, target, guard)
+        self.finished(mesh, guard)
     }
 
     /// The mesh with as many vertices as wanted, if it has fewer, and with a last relaxation.
-    fn finished(&self, mut mesh: StarMesh, target: &Target, guard: Guard) -> Result<ConstrainedMesh> {
-        let (polylines, progress) = (&self.polylines, guard.progress);
+    fn finished(&self, mut mesh: StarMesh, guard: Guard) -> Result<ConstrainedMesh> {
+        let (target, polylines, progress) = (self.target, &self.polylines, guard.progress);
         mesh.split_to(self.count, polylines);
         guard.run(&mut mesh, |mesh| {
             for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
@@ -224,9 +239,9 @@ impl<'a> LocalSurface<'a> {
         &self,
         mesh: &mut StarMesh,
         (length, on_curves, most): (f64, f64, usize),
-        (target, guard): (&Target, Guard),
+        guard: Guard,
     ) -> Result<()> {
-        let (polylines, progress) = (&self.polylines, guard.progress);
+        let (target, polylines, progress) = (self.target, &self.polylines, guard.progress);
         progress.poll()?;
         mesh.split_long(LONG * length, most, polylines);
         guard.run(mesh, |mesh| {

@@ -27,7 +27,7 @@ fn with_progress(
     let spacing = spacing_of(surface, vertices).unwrap();
     let features = find_features(surface, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(surface).in_patches(features.patches.clone());
-    LocalSurface::new(surface, &features, (&[], vertices), progress)?.remeshed(&target, &OPTIONS, progress)
+    LocalSurface::new((surface, &target), &features, (&[], vertices), progress)?.remeshed(&OPTIONS, progress)
 }
 
 const OPTIONS: LocalOptions = LocalOptions { longest: 1.06, guarded: false, gradual: false };
@@ -223,8 +223,8 @@ fn lengths_that_differ_are_followed() {
     let target = Target::new(&surface).in_patches(features.patches.clone());
     let options = LocalOptions { longest: 1.5, ..OPTIONS };
     let progress = ProgressToken::default();
-    let start = LocalSurface::new(&surface, &features, (&lengths, 1000), &progress).unwrap();
-    let made = start.remeshed(&target, &options, &progress).unwrap();
+    let start = LocalSurface::new((&surface, &target), &features, (&lengths, 1000), &progress).unwrap();
+    let made = start.remeshed(&options, &progress).unwrap();
     assert_eq!((made.mesh.vertices.len(), made.lengths.len()), (1000, 1000));
     let above = made.mesh.vertices.iter().filter(|v| v.z > 0.0).count();
     // Four times as many to a unit of area.
@@ -238,9 +238,9 @@ fn rods_as_thin_as_an_edge_become_even_gradually() {
     let features = find_features(&rod, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(&rod).in_patches(features.patches.clone());
     let progress = ProgressToken::default();
-    let start = LocalSurface::new(&rod, &features, (&[], 40), &progress).unwrap();
+    let start = LocalSurface::new((&rod, &target), &features, (&[], 40), &progress).unwrap();
     let [plain, gradual] = [false, true].map(|gradual| {
-        let made = start.remeshed(&target, &LocalOptions { gradual, ..OPTIONS }, &progress).unwrap().mesh;
+        let made = start.remeshed(&LocalOptions { gradual, ..OPTIONS }, &progress).unwrap().mesh;
         assert_eq!(kind(&topology(&made)), kind(&topology(&rod)));
         assert_eq!(made.vertices.len(), 40);
         quality(&made).unwrap()
@@ -268,12 +268,12 @@ fn fixed_points_stay_on_a_surface_that_is_much_finer() {
     let progress = ProgressToken::default();
     let features = find_features(&surface, &FeatureOptions::new(1.0)).unwrap();
     let target = Target::new(&surface).in_patches(features.patches.clone());
-    let mut start = LocalSurface::new(&surface, &features, (&[], 60), &progress).unwrap();
+    let mut start = LocalSurface::new((&surface, &target), &features, (&[], 60), &progress).unwrap();
     let edge = spacing_of(&surface, 60).unwrap();
     let points = [surface.vertices[17], surface.vertices[1000]];
     start.fix(points);
     for guarded in [false, true] {
-        let made = start.remeshed(&target, &LocalOptions { guarded, ..OPTIONS }, &progress).unwrap();
+        let made = start.remeshed(&LocalOptions { guarded, ..OPTIONS }, &progress).unwrap();
         assert_eq!(made.mesh.vertices.len(), 60);
         assert_eq!(made.fixed.iter().filter(|fixed| **fixed).count(), 2);
         for point in points {
@@ -304,8 +304,9 @@ fn odd_meshes_survive_and_reruns_agree() {
         }
     }
     let (empty, progress) = (TriMesh::default(), ProgressToken::default());
-    let start = LocalSurface::new(&empty, &Features::default(), (&[], 10), &progress).unwrap();
-    assert_eq!(start.remeshed(&Target::new(&empty), &OPTIONS, &progress).unwrap().mesh, empty);
+    let target = Target::new(&empty);
+    let start = LocalSurface::new((&empty, &target), &Features::default(), (&[], 10), &progress).unwrap();
+    assert_eq!(start.remeshed(&OPTIONS, &progress).unwrap().mesh, empty);
 }
 
 #[test]

@@ -78,9 +78,10 @@ impl Closer<'_> {
     /// [`crate::Error::Cancelled`].
     pub fn made(&self, guarded: bool, progress: &ProgressToken) -> Result<Option<ConstrainedMesh>> {
         let Self { before, features, lengths, on, target } = *self;
-        let start = LocalSurface::new_close(before.surface, features, (lengths, target.vertices), progress)?;
+        let (surface, wanted) = ((before.surface, on), (lengths, target.vertices));
+        let start = LocalSurface::new_close(surface, features, wanted, progress)?;
         for guarded in [guarded, true] {
-            let mut local = start.remeshed_closely(on, guarded, progress)?;
+            let mut local = start.remeshed_closely(guarded, progress)?;
             // Other than those if the work is to finish early.
             if local.mesh.vertices.len() != target.vertices {
                 break;

@@ -180,7 +180,7 @@ fn remesh_locally(
         let made = closer.made(false, progress)?;
         return made.map(|made| mend_component(made, &before.topology, &on, target, progress)).transpose();
     }
-    let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
+    let mut start = LocalSurface::new((surface, &on), &features, (lengths, target.vertices), progress)?;
     let mut best: Option<(f64, ConstrainedMesh)> = None;
     let handles = before.topology.euler.unsigned_abs() as usize / 2;
     let has_handles = before.topology.euler < 0;
@@ -197,7 +197,7 @@ fn remesh_locally(
         if progress.leave_out() {
             break;
         }
-        let local = well_shaped(&start, (longest, guarded), &on, target, progress)?;
+        let local = well_shaped(&start, (longest, guarded), target, progress)?;
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
@@ -266,11 +266,10 @@ impl<'a> Before<'a> {
 fn well_shaped(
     start: &LocalSurface,
     (longest, guarded): (f64, bool),
-    on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<ConstrainedMesh> {
-    let make = |gradual| start.remeshed(on, &LocalOptions { longest, guarded, gradual }, progress);
+    let make = |gradual| start.remeshed(&LocalOptions { longest, guarded, gradual }, progress);
     let smallest = |made: &ConstrainedMesh| quality(&made.mesh).map_or(0.0, |quality| quality.min_angle);
     let plain = make(false)?;
     if target.vertices > MOST_GRADUAL || smallest(&plain) >= POOR || progress.leave_out() {
