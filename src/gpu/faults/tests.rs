@@ -34,7 +34,11 @@ pub(super) fn assert_has_remedy(error: &Error, fault: &Fault) {
     assert!(!line.contains('\n') && line.len() < 300, "{fault:?}: {line}");
     assert!(line.contains("; ") || matches!(error, Error::DeviceLost(_)), "{fault:?}: {line}");
     match error {
-        Error::DeviceLost(_) => assert_eq!(fault.result, vk::Result::ERROR_DEVICE_LOST, "{line}"),
+        // GPUs are given up after a time.
+        Error::DeviceLost(_) => {
+            let codes = [vk::Result::ERROR_DEVICE_LOST, vk::Result::TIMEOUT];
+            assert!(codes.contains(&fault.result), "{fault:?}: {line}");
+        }
         Error::Device { .. } | Error::OutOfMemory { .. } => {}
         other => panic!("{fault:?}: {other:?}"),
     }
@@ -88,7 +92,7 @@ fn faults(calls: &BTreeMap<&'static str, u64>) -> Vec<Fault> {
             all.push(Fault { command, at, result, lasting: k == 1 && command != WAITING });
         }
     }
-    // A wait that ends too early, though nobody limits it.
+    // A wait that ends too early, on a CPU though nobody limits it.
     let early = Fault { command: WAITING, at: 1, result: vk::Result::TIMEOUT, lasting: false };
     all.push(early);
     all
