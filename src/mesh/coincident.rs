@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::chunks::CHUNK;
 use super::quick_hash::{QuickHasher, QuickMap};
 use super::{TriMesh, position_key};
 
@@ -16,9 +17,6 @@ const STEP: f64 = 1e-4;
 
 /// Bits for each point, so that few share theirs.
 const BITS_PER_POINT: usize = 16;
-
-/// Fewer points than this are looked at by one thread.
-const FEW: usize = 4096;
 
 /// Moves all but the first of the vertices at one place towards their neighbours by a little: readers weld
 /// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
@@ -64,7 +62,7 @@ fn later_at_a_place(points: &[DVec3]) -> Vec<u32> {
     let hasher = BuildHasherDefault::<QuickHasher>::default();
     let bit_of = |p: &DVec3| hasher.hash_one(position_key(*p)) as usize & (bits - 1);
     let seen: Vec<[AtomicU64; 2]> = (0..bits.div_ceil(64)).map(|_| Default::default()).collect();
-    points.par_iter().with_min_len(FEW).for_each(|p| {
+    points.par_iter().with_min_len(CHUNK).for_each(|p| {
         let bit = bit_of(p);
         let ([once, twice], mask) = (&seen[bit / 64], 1 << (bit % 64));
         // Whichever of two threads is the second sees the bit of the first.
@@ -76,7 +74,7 @@ fn later_at_a_place(points: &[DVec3]) -> Vec<u32> {
         let bit = bit_of(&points[*v as usize]);
         seen[bit / 64][1].load(Ordering::Relaxed) >> (bit % 64) & 1 != 0
     };
-    let sharing = (0..points.len() as u32).into_par_iter().with_min_len(FEW).filter(is_shared);
+    let sharing = (0..points.len() as u32).into_par_iter().with_min_len(CHUNK).filter(is_shared);
     let mut sharing: Vec<u32> = sharing.collect();
     let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
     sharing.retain(|v| *first.entry(position_key(points[*v as usize])).or_insert(*v) != *v);

@@ -1,11 +1,9 @@
 //! Half-edge mesh that supports edge flips.
 
 use super::NONE;
+use super::chunks::CHUNK;
 use super::half_edges::{next, par_fold_corners, previous, twins};
 use rayon::prelude::*;
-
-/// Fewer vertices or half-edges than this are looked at by one thread.
-const FEW: usize = 4096;
 
 /// How the triangles around a vertex are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,7 +48,7 @@ impl HalfEdgeMesh {
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let mut twin = twins(&triangles);
         // Two half-edges of one triangle, which then repeats a vertex, are not an edge between two.
-        twin.par_iter_mut().with_min_len(FEW).enumerate().for_each(|(h, twin)| {
+        twin.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(h, twin)| {
             if *twin != NONE && *twin as usize / 3 == h / 3 {
                 *twin = NONE;
             }
@@ -93,7 +91,7 @@ impl HalfEdgeMesh {
         // The half-edges that leave each vertex are counted where its valence will be.
         let Self { triangles, first, twin, kind, valence, .. } = self;
         par_fold_corners(triangles.as_flattened(), valence, |leaving, _| *leaving += 1);
-        let vertices = first.par_iter().zip(kind).zip(valence).with_min_len(FEW);
+        let vertices = first.par_iter().zip(kind).zip(valence).with_min_len(CHUNK);
         vertices.for_each(|((&first, kind), valence)| {
             let leaving = std::mem::take(valence);
             if first == NONE {
@@ -179,7 +177,7 @@ impl HalfEdgeMesh {
         let first = |(first, kind): (&u32, &VertexKind)| {
             if *kind == VertexKind::Irregular { NONE } else { *first }
         };
-        self.first.par_iter().zip(&self.kind).with_min_len(FEW).map(first).collect()
+        self.first.par_iter().zip(&self.kind).with_min_len(CHUNK).map(first).collect()
     }
 
     /// Takes over what flips elsewhere have made of the same mesh: triangles, twins, where rings begin, and
@@ -191,7 +189,7 @@ impl HalfEdgeMesh {
         first: &[u32],
         valence: Vec<u32>,
     ) {
-        self.first.par_iter_mut().zip(first).with_min_len(FEW).for_each(|(own, new)| {
+        self.first.par_iter_mut().zip(first).with_min_len(CHUNK).for_each(|(own, new)| {
             *own = if *new == NONE { *own } else { *new };
         });
         (self.triangles, self.twin, self.valence) = (triangles, twin, valence);

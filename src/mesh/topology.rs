@@ -4,12 +4,10 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use super::chunks::CHUNK;
 use super::half_edges::{EdgeTable, HalfEdge, edge_key, par_fold_corners, previous, twin_pair};
 use super::submesh::used_vertices;
 use super::{NONE, TriMesh};
-
-/// Fewer vertices than this are looked at by one thread.
-const FEW: usize = 4096;
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
@@ -88,7 +86,7 @@ pub fn topology(mesh: &TriMesh) -> Topology {
 /// use: only its components need to be counted. Panics if a triangle's index is out of range.
 pub(crate) fn closed_topology(mesh: &TriMesh) -> Topology {
     let components = SharedPartition::new(mesh.vertices.len());
-    mesh.triangles.par_iter().with_min_len(FEW).for_each(|&[a, b, c]| {
+    mesh.triangles.par_iter().with_min_len(CHUNK).for_each(|&[a, b, c]| {
         components.join(a, b);
         components.join(b, c);
     });
@@ -166,7 +164,7 @@ impl Connected {
     fn closed(mesh: &TriMesh) -> Self {
         let used = used_vertices(mesh.vertices.len(), &mesh.triangles);
         let components = SharedPartition::new(mesh.vertices.len());
-        mesh.triangles.par_iter().with_min_len(FEW).for_each(|&[a, b, c]| {
+        mesh.triangles.par_iter().with_min_len(CHUNK).for_each(|&[a, b, c]| {
             components.join(a, b);
             components.join(b, c);
         });
@@ -288,7 +286,7 @@ fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
             h == NONE || h == first
         })
     };
-    corners_at.par_iter().with_min_len(FEW).filter(is_split).count()
+    corners_at.par_iter().with_min_len(CHUNK).filter(is_split).count()
 }
 
 /// The vertex that the triangle of a half-edge has opposite it.
@@ -367,7 +365,7 @@ struct SharedPartition {
 
 impl SharedPartition {
     fn new(n: usize) -> Self {
-        Self { parent: (0..n as u32).into_par_iter().with_min_len(FEW).map(AtomicU32::new).collect() }
+        Self { parent: (0..n as u32).into_par_iter().with_min_len(CHUNK).map(AtomicU32::new).collect() }
     }
 
     fn parent(&self, x: u32) -> u32 {
@@ -402,7 +400,7 @@ impl SharedPartition {
 
     /// Sets with at least one member, as [`Partition::count`].
     fn count(&self, is_member: impl Fn(u32) -> bool + Sync) -> usize {
-        let all = (0..self.parent.len() as u32).into_par_iter().with_min_len(FEW);
+        let all = (0..self.parent.len() as u32).into_par_iter().with_min_len(CHUNK);
         all.filter(|x| is_member(*x) && *x == self.parent(*x)).count()
     }
 }

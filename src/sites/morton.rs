@@ -1,22 +1,20 @@
 //! Morton order: neighbours in space become neighbours in memory.
 
+use crate::mesh::chunks::CHUNK;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Fewer points than this are looked at by one thread.
-const FEW: usize = 4096;
-
 /// Indices of `points` in Morton order of the unit-diagonal frame; ties by index.
 pub(crate) fn morton_order(points: &[DVec3]) -> Vec<u32> {
-    sort_order(&points.par_iter().with_min_len(FEW).map(|p| morton_code(*p)).collect::<Vec<_>>())
+    sort_order(&points.par_iter().with_min_len(CHUNK).map(|p| morton_code(*p)).collect::<Vec<_>>())
 }
 
 /// Indices in ascending order of their keys, ties by index.
 pub(crate) fn sort_order(keys: &[u64]) -> Vec<u32> {
-    let keyed = keys.par_iter().with_min_len(FEW).enumerate().map(|(i, key)| (*key, i as u32));
+    let keyed = keys.par_iter().with_min_len(CHUNK).enumerate().map(|(i, key)| (*key, i as u32));
     let mut keyed: Vec<(u64, u32)> = keyed.collect();
     keyed.par_sort_unstable();
-    keyed.into_par_iter().with_min_len(FEW).map(|(_, i)| i).collect()
+    keyed.into_par_iter().with_min_len(CHUNK).map(|(_, i)| i).collect()
 }
 
 /// 20 bits an axis over the cube of edge 2 around the origin, more than the unit-diagonal frame needs.

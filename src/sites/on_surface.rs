@@ -1,11 +1,9 @@
 //! Sites and the triangles that they lie on.
 
 use super::morton::morton_order;
+use crate::mesh::chunks::CHUNK;
 use glam::DVec3;
 use rayon::prelude::*;
-
-/// Fewer sites than this are copied by one thread.
-const FEW: usize = 4096;
 
 /// Sites on a surface: as seeds, while they move, and at rest.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -53,7 +51,7 @@ impl SitesOnSurface {
     /// The sites with these indices, in this order. Panics if an index is out of range.
     #[must_use]
     pub fn select(&self, indices: &[u32]) -> Self {
-        let indices = || indices.par_iter().with_min_len(FEW);
+        let indices = || indices.par_iter().with_min_len(CHUNK);
         Self {
             positions: indices().map(|i| self.positions[*i as usize]).collect(),
             triangles: indices().map(|i| self.triangles[*i as usize]).collect(),

@@ -223,7 +223,6 @@ pub(crate) struct RepairInput<'a> {
 }
 
 /// A result by the components of the surface.
-#[derive(Clone)]
 struct Comparison {
     /// Whether the result has the component's topology.
     is_right: Vec<bool>,
@@ -253,9 +252,9 @@ impl Components {
         }
         let part_of = |v: u32| self.of_triangle[under[v as usize] as usize] as usize;
         let submeshes = self.submeshes(surface);
-        let mut found = self.compare(&submeshes, result, &part_of);
+        let found = self.compare(&submeshes, result, &part_of);
         let hardly_improved = self.are_nearly_all(&found.is_right);
-        let is_right = &mut found.is_right;
+        let mut is_right = found.is_right.clone();
         let faulty = faulty_faces.iter().flat_map(|t| result.triangles[*t as usize]);
         faulty.for_each(|v| is_right[part_of(v)] = false);
         if !missing.is_empty() {
@@ -265,24 +264,23 @@ impl Components {
             }
         }
         if hardly_improved {
-            let all = Comparison { is_right: vec![false; self.count()], ..found.clone() };
-            match self.replace(result, &all, &submeshes, target) {
+            match self.replace(result, &vec![false; self.count()], &found, (&submeshes, target)) {
                 Err(Error::Usage { .. }) => {}
                 replaced => return replaced,
             }
         }
-        self.replace(result, &found, &submeshes, target)
+        self.replace(result, &is_right, &found, (&submeshes, target))
     }
 
     /// Replaces the components that are not right, as [`Components::repair`] does.
     fn replace(
         &self,
         result: &mut TriMesh,
+        is_right: &[bool],
         found: &Comparison,
-        submeshes: &[TriMesh],
-        target: &ComponentTarget,
+        (submeshes, target): (&[TriMesh], &ComponentTarget),
     ) -> Result<usize> {
-        let Comparison { is_right, triangles, vertices } = found;
+        let Comparison { triangles, vertices, .. } = found;
         let (right, wrong): (Vec<usize>, Vec<usize>) = (0..self.count()).partition(|part| is_right[*part]);
         if wrong.is_empty() {
             return Ok(0);

@@ -3,15 +3,13 @@
 
 use super::surface::CellSurface;
 use crate::mesh::NONE;
+use crate::mesh::chunks::CHUNK;
 use crate::mesh::csr::Csr;
 use crate::mesh::half_edges::previous;
 use crate::sites::place::Place;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashMap;
-
-/// Fewer sites than this are looked at by one thread.
-const FEW: usize = 4096;
 
 /// All sectors in the order of their sites.
 #[derive(Debug, PartialEq)]
@@ -38,12 +36,12 @@ pub(crate) struct Sectors {
 
 impl Sectors {
     pub fn new(surface: &CellSurface, places: &[Place]) -> Self {
-        let inside = places.par_iter().with_min_len(FEW).map(|place| match place {
+        let inside = places.par_iter().with_min_len(CHUNK).map(|place| match place {
             Place::Inside(t) => *t,
             Place::Edge(..) | Place::Vertex(_) => NONE,
         });
         let inside: Vec<u32> = inside.collect();
-        if !inside.par_iter().with_min_len(FEW).any(|t| *t == NONE) {
+        if !inside.par_iter().with_min_len(CHUNK).any(|t| *t == NONE) {
             return Self::inside(surface, inside);
         }
         Self::anywhere(surface, places)
@@ -94,9 +92,9 @@ impl Sectors {
 
     /// Like [`Sectors::new`], for sites that all lie in triangles.
     fn inside(surface: &CellSurface, triangles: Vec<u32>) -> Self {
-        let triangles_of = || triangles.par_iter().with_min_len(FEW);
+        let triangles_of = || triangles.par_iter().with_min_len(CHUNK);
         let patch: Vec<u32> = triangles_of().map(|t| surface.patch(*t)).collect();
-        let numbers = || (0..triangles.len() as u32 + 1).into_par_iter().with_min_len(FEW);
+        let numbers = || (0..triangles.len() as u32 + 1).into_par_iter().with_min_len(CHUNK);
         Self {
             first: numbers().collect(),
             site: numbers().take(triangles.len()).collect(),
@@ -230,7 +228,7 @@ mod tests {
         let thirds: Vec<u32> = (0..count as u32).map(|t| t % 3).collect();
         for patches in [&[], thirds.as_slice()] {
             let surface = CellSurface::new(&mesh.vertices, &mesh.triangles, &normals).cut_along(&[], patches);
-            for sites in [0, 1, 3 * FEW + 5] {
+            for sites in [0, 1, 3 * CHUNK + 5] {
                 let triangles: Vec<u32> = (0..sites).map(|i| (i * i % count) as u32).collect();
                 let anywhere = Sectors::anywhere(&surface, &Place::inside(&triangles));
                 assert!(Sectors::inside(&surface, triangles) == anywhere, "{sites} sites");
