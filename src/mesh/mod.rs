@@ -19,6 +19,7 @@ pub(crate) mod insert_points;
 pub mod intersections;
 pub(crate) mod mirror;
 pub mod quality;
+pub(crate) mod queue;
 pub(crate) mod quick_hash;
 pub mod repair;
 pub mod samples;

@@ -1,15 +1,19 @@
 //! Edge collapses onto one end of the edge, short edges of flat parts first.
 
+use super::changes::Changes;
 use super::flip::flip;
-use super::graph::Graph;
-use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use super::graph::{Around, Graph};
+use crate::mesh::chunks::par_map_chunks;
+use crate::mesh::half_edges::edge_key;
 use crate::mesh::intersections::count_crossings;
+use crate::mesh::queue::Queue;
 use crate::mesh::topology::topology;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::{DMat3, DVec3};
+use smallvec::SmallVec;
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::ops::Range;
 
 /// Cost of a squared distance from the old surface, relative to the squared length of the edge.
 const DISTANCE: f64 = 4.0;
@@ -94,6 +98,7 @@ pub(super) struct Collapser<'a> {
     quadrics: Vec<Quadric>,
     /// How often the triangles at each vertex changed.
     version: Vec<u32>,
+    changes: Changes,
     progress: &'a ProgressToken,
 }
 
@@ -107,8 +112,8 @@ impl<'a> Collapser<'a> {
             let quadric = Quadric::of(graph.corners(*triangle));
             triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
         }
-        let version = vec![0; graph.points.len()];
-        Self { graph, surface, quadrics, version, progress }
+        let (version, changes) = (vec![0; graph.points.len()], Changes::new(graph));
+        Self { graph, surface, quadrics, version, changes, progress }
     }
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
@@ -118,12 +123,14 @@ impl<'a> Collapser<'a> {
             if k == STRICT && self.graph.used > MANY && self.is_out_of_reach(count) {
                 return Ok(());
             }
+            let mut last = 0;
             for _ in 0..PASSES {
                 let before = self.graph.used;
                 if before > count {
-                    self.pass(count, limits)?;
+                    let since = std::mem::replace(&mut last, self.changes.now());
+                    self.pass(count, limits, since)?;
                 }
-                flip(self.graph);
+                flip(self.graph, &mut self.changes);
                 if self.graph.used <= count {
                     return Ok(());
                 }
@@ -142,32 +149,45 @@ impl<'a> Collapser<'a> {
         count > 0 && count < needed && self.graph.used <= NEAR_NEED * needed
     }
 
-    fn pass(&mut self, count: usize, limits: Limits) -> Result<()> {
-        let mut moves: BinaryHeap<Move> = BinaryHeap::new();
-        for v in 0..self.graph.points.len() as u32 {
-            for u in self.graph.neighbours(v) {
-                moves.extend(self.candidate(v, u));
-            }
-        }
+    /// Collapses edges within the limits, which refused all that is left of those at the end of a pass that
+    /// began at the time `since`; 0 for the first one.
+    fn pass(&mut self, count: usize, limits: Limits, since: u32) -> Result<()> {
+        let mut moves = Queue::new(self.moves());
         while self.graph.used > count {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
+            let apart = limits.apart || self.graph.used < FEW;
             // What takes least time comes first.
             let keeps = versions == current
+                && !self.is_same_since(since, [v, u], apart)
                 && self.keeps_shape(v, u, limits)
                 && self.keeps_topology(v, u)
-                && (!(limits.apart || self.graph.used < FEW) || self.stays_apart(v, u));
+                && (!apart || self.stays_apart(v, u));
             if !keeps {
                 continue;
             }
             self.apply(v, u);
             for w in self.graph.neighbours(u) {
-                moves.extend(self.candidate(u, w));
-                moves.extend(self.candidate(w, u));
+                let around = [self.candidate(u, w), self.candidate(w, u)];
+                around.into_iter().flatten().for_each(|entry| moves.push(entry));
             }
         }
         Ok(())
+    }
+
+    /// The possible moves, in no certain order.
+    fn moves(&self) -> Vec<Move> {
+        let of = |v: u32| self.graph.neighbours(v).into_iter().filter_map(move |u| self.candidate(v, u));
+        let of_part = |part: Range<usize>| -> Vec<Move> { part.flat_map(|v| of(v as u32)).collect() };
+        par_map_chunks(self.graph.points.len(), of_part).concat()
+    }
+
+    /// Whether nothing that a collapse depends on has changed since a time, `apart` with the triangles around
+    /// the neighbours.
+    fn is_same_since(&self, time: u32, ends: [u32; 2], apart: bool) -> bool {
+        let near = || ends.iter().all(|v| self.changes.none_since(time, &self.graph.neighbours(*v)));
+        self.changes.none_since(time, &ends) && (!apart || near())
     }
 
     fn candidate(&self, v: u32, u: u32) -> Option<Move> {
@@ -193,14 +213,14 @@ impl<'a> Collapser<'a> {
         if theirs.binary_search(&v).is_err() {
             return false;
         }
-        let mut apexes: Vec<u32> = graph
+        let mut apexes: Around = graph
             .at_edge(v, u)
             .flat_map(|t| graph.triangles[t as usize])
             .filter(|w| *w != v && *w != u)
             .collect();
         apexes.sort_unstable();
         let distinct = apexes.windows(2).all(|pair| pair[0] != pair[1]);
-        let common: Vec<u32> =
+        let common: Around =
             graph.neighbours(v).into_iter().filter(|w| theirs.binary_search(w).is_ok()).collect();
         if !distinct || common != apexes {
             return false;
@@ -231,8 +251,11 @@ impl<'a> Collapser<'a> {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
             let [n, m] = [before, after].map(doubled_normal);
             let turned = n.dot(m) < limits.cosine * n.length() * m.length();
-            let [old, new] = [height_of(before), height_of(after)];
-            !turned && new >= limits.height.min(old)
+            if turned {
+                return false;
+            }
+            let height = height_of(after);
+            height >= limits.height || height >= limits.height.min(height_of(before))
         })
     }
 
@@ -240,7 +263,8 @@ impl<'a> Collapser<'a> {
     fn stays_apart(&self, v: u32, u: u32) -> bool {
         let graph = &self.graph;
         let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
-        let mut around: Vec<u32> = near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
+        let mut around: SmallVec<[u32; 128]> =
+            near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
         around.sort_unstable();
         around.dedup();
         let triangles = around.into_iter().map(|t| graph.triangles[t as usize]);
@@ -248,7 +272,7 @@ impl<'a> Collapser<'a> {
         let new: Vec<[u32; 3]> = self.moved(v, u).map(|(_, triangle)| triangle).collect();
         let at = |w: u32| graph.points[w as usize];
         let count = |some: &[[u32; 3]]| {
-            count_crossings(some, &others, at) + folded(&[some, others.as_slice()].concat(), at)
+            count_crossings(some, &others, at) + folded(some.iter().chain(&others).copied(), at)
         };
         // Mostly none do, and then those before need not be looked at.
         let after = count(&new);
@@ -257,9 +281,11 @@ impl<'a> Collapser<'a> {
 
     fn apply(&mut self, v: u32, u: u32) {
         let curve = self.graph.along_curves[v as usize].clone();
-        let moved: Vec<(u32, [u32; 3])> = self.moved(v, u).collect();
+        let moved: SmallVec<[(u32, [u32; 3]); 16]> = self.moved(v, u).collect();
         let graph = &mut self.graph;
-        let gone: Vec<u32> = graph.at_edge(v, u).collect();
+        let ends = [v, u].into_iter().flat_map(|w| &graph.star[w as usize]);
+        self.changes.note(ends.flat_map(|t| graph.triangles[*t as usize]));
+        let gone: Around = graph.at_edge(v, u).collect();
         for t in gone {
             graph.alive[t as usize] = false;
             for w in graph.triangles[t as usize] {
@@ -292,11 +318,18 @@ fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
-fn folded(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
-    let normal = |t: usize| doubled_normal(triangles[t].map(&at)).normalize_or_zero();
-    let is_folded = |sides: &&[HalfEdge]| match sides {
-        [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
+fn folded(triangles: impl Iterator<Item = [u32; 3]>, at: impl Fn(u32) -> DVec3) -> usize {
+    let mut normals: SmallVec<[DVec3; 64]> = SmallVec::new();
+    // Mostly so few triangles that this takes less time than a table of their edges.
+    let mut sides: SmallVec<[((u32, u32), usize); 256]> = SmallVec::new();
+    for [a, b, c] in triangles {
+        sides.extend([(a, b), (b, c), (c, a)].map(|(a, b)| (edge_key(a, b), normals.len())));
+        normals.push(doubled_normal([a, b, c].map(&at)).normalize_or_zero());
+    }
+    sides.sort_unstable();
+    let is_folded = |sides: &&[((u32, u32), usize)]| match sides {
+        [(_, one), (_, two)] => normals[*one].dot(normals[*two]) < FOLDED,
         _ => false,
     };
-    EdgeTable::new(triangles).edges().filter(is_folded).count()
+    sides.chunk_by(|one, two| one.0 == two.0).filter(is_folded).count()
 }

@@ -29,6 +29,9 @@ pub struct Simplified {
     pub fixed: Vec<bool>,
 }
 
+/// Vertices or triangles around a vertex: mostly few enough to need no allocation.
+pub(super) type Around = SmallVec<[u32; 24]>;
+
 /// Triangles with their connectivity.
 pub(super) struct Graph {
     pub points: Vec<DVec3>,
@@ -36,7 +39,7 @@ pub(super) struct Graph {
     pub alive: Vec<bool>,
     pub origin: Vec<u32>,
     /// The triangles left around each vertex.
-    pub star: Vec<Vec<u32>>,
+    pub star: Vec<SmallVec<[u32; 8]>>,
     /// The vertices that each is joined with by an edge on a curve, boundary or junction, ascending.
     pub along_curves: Vec<SmallVec<[u32; 2]>>,
     /// Vertices that stay.
@@ -47,7 +50,7 @@ pub(super) struct Graph {
 
 impl Graph {
     pub fn new(mesh: &TriMesh, preserved: Preserved) -> Self {
-        let mut star = vec![Vec::new(); mesh.vertices.len()];
+        let mut star = vec![SmallVec::new(); mesh.vertices.len()];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| star[*v as usize].push(t));
         }
@@ -55,7 +58,7 @@ impl Graph {
         let mut along_curves = vec![SmallVec::new(); mesh.vertices.len()];
         let mut fans = Partition::new(corners.len());
         // Faces at the curve edges of each vertex; a curve goes on only where they are as many.
-        let mut ends: Vec<Vec<usize>> = vec![Vec::new(); mesh.vertices.len()];
+        let mut ends: Vec<SmallVec<[usize; 2]>> = vec![SmallVec::new(); mesh.vertices.len()];
         for sides in EdgeTable::new(&mesh.triangles).edges() {
             let (a, b) = sides[0].ends();
             let half = |k: usize| sides[k].corners();
@@ -123,9 +126,9 @@ impl Graph {
     }
 
     /// The other vertices of the triangles around one, ascending.
-    pub fn neighbours(&self, v: u32) -> Vec<u32> {
+    pub fn neighbours(&self, v: u32) -> Around {
         let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
-        let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
+        let mut list: Around = around.filter(|w| *w != v).collect();
         list.sort_unstable();
         list.dedup();
         list

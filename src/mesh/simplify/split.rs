@@ -48,7 +48,7 @@ pub(super) fn split_edge(graph: &mut Graph, a: u32, b: u32, at: DVec3) -> u32 {
 impl Graph {
     pub(super) fn add_vertex(&mut self, at: DVec3) -> u32 {
         self.points.push(at);
-        self.star.push(Vec::new());
+        self.star.push(SmallVec::new());
         self.along_curves.push(SmallVec::new());
         self.fixed.push(false);
         self.used += 1;
