@@ -85,8 +85,8 @@ impl Bvh {
     }
 
     fn offer(&self, one: usize, other: usize, visit: &(impl Fn(u32, u32) + Sync)) {
-        let [first, second] = [one, other].map(|rank| Aabb::of(self.triangles[rank].at));
-        if first.overlaps(&second) {
+        let bounds = |rank: usize| Aabb::of(self.triangles[rank].at);
+        if bounds(one).overlaps(&bounds(other)) {
             visit(self.order[one], self.order[other]);
         }
     }

@@ -7,6 +7,7 @@ use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, twin_pair};
 use crate::mesh::submesh::renumber;
 use crate::mesh::topology::Partition;
+use crate::mesh::triangle::corners_at;
 
 /// What is preserved besides the topology.
 #[derive(Debug, Clone, Copy, Default)]
@@ -135,7 +136,7 @@ impl Graph {
     }
 
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
-        triangle.map(|v| self.points[v as usize])
+        corners_at(triangle, |v| self.points[v as usize])
     }
 
     /// The triangles left at both vertices.
