@@ -7,6 +7,9 @@ use crate::{ProgressToken, Result, TriMesh};
 
 /// Maximum number of times that operations are repeated, each time with more vertices frozen.
 const TRIES: u32 = 4;
+/// Up to one of so many triangles, those that have changed are few: then it takes less time to look at these
+/// alone.
+const FEW_CHANGED: usize = 4;
 
 /// Does operations on a mesh; looks for intersections after each, if it is to.
 #[derive(Debug, Clone, Copy)]
@@ -33,10 +36,7 @@ impl Guard<'_> {
             mesh.frozen.clone_from(&frozen);
             operations(mesh)?;
             mesh.frozen.iter_mut().for_each(|frozen| *frozen = false);
-            if !mesh.runs_into_others(&before, self.progress)? {
-                return Ok(());
-            }
-            let intersecting = mesh.intersecting(self.progress)?;
+            let Some(intersecting) = mesh.intersecting_since(&before, self.progress)? else { return Ok(()) };
             let most = match most {
                 Some(most) => most,
                 None => *most.insert(before.intersecting(self.progress)?.len()),
@@ -57,21 +57,25 @@ impl Guard<'_> {
 }
 
 impl StarMesh {
-    /// Whether a triangle that is new or has moved since `before` intersects another one. If not, no more
-    /// intersect than before.
-    fn runs_into_others(&self, before: &Self, progress: &ProgressToken) -> Result<bool> {
+    /// The vertices of triangles that intersect others, with repetitions, if one of these triangles is new or
+    /// has moved since `before`. If none is, no more intersect than before.
+    fn intersecting_since(&self, before: &Self, progress: &ProgressToken) -> Result<Option<Vec<u32>>> {
         let is_changed = |t: usize, triangle: [u32; 3]| {
             before.triangles.get(t) != Some(&triangle) || before.corners(triangle) != self.corners(triangle)
         };
         let alive = (0..).zip(&self.triangles).filter(|(_, triangle)| triangle[0] != NONE);
-        let (changed, triangles): (Vec<bool>, Vec<[u32; 3]>) =
+        let (is_changed, triangles): (Vec<bool>, Vec<[u32; 3]>) =
             alive.map(|(t, triangle)| (is_changed(t, *triangle), *triangle)).unzip();
-        let changed: Vec<u32> = (0..).zip(changed).filter(|(_, changed)| *changed).map(|(k, _)| k).collect();
-        if changed.is_empty() {
-            return Ok(false);
-        }
+        let changed: Vec<u32> =
+            (0..).zip(&is_changed).filter(|(_, changed)| **changed).map(|(k, _)| k).collect();
         let mesh = TriMesh { vertices: self.points.clone(), triangles };
-        any_of_faces_intersects(&mesh, &changed, progress)
+        let are_few = FEW_CHANGED * changed.len() <= mesh.triangles.len();
+        if changed.is_empty() || (are_few && !any_of_faces_intersects(&mesh, &changed, progress)?) {
+            return Ok(None);
+        }
+        let faces = intersecting_faces(&mesh, progress)?;
+        let has_new = faces.iter().any(|t| is_changed[*t as usize]);
+        Ok(has_new.then(|| faces.into_iter().flat_map(|t| mesh.triangles[t as usize]).collect()))
     }
 
     /// The vertices of triangles that intersect others, with repetitions.
