@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::star_mesh::StarMesh;
 use crate::mesh::intersections::{count_crossings, count_intersecting, intersecting_faces};
-use crate::mesh::triangle::doubled_normal;
+use crate::mesh::triangle::{corners_at, doubled_normal};
 use crate::{ProgressToken, TriMesh};
 
 /// Triangles up to which each is compared with each.
@@ -22,7 +22,8 @@ impl StarMesh {
         at: impl Fn(u32) -> DVec3,
     ) -> bool {
         triangles.all(|triangle| {
-            let [n, m] = [self.corners(triangle), triangle.map(&at)].map(doubled_normal);
+            let n = doubled_normal(self.corners(triangle));
+            let m = doubled_normal(corners_at(triangle, &at));
             let lengths = n.length() * m.length();
             lengths > 0.0 && n.dot(m) >= APART * lengths
         })

@@ -4,11 +4,12 @@ use std::cmp::Reverse;
 
 use glam::DVec3;
 
+use super::ahead::Ahead;
 use super::curve_edges::CurvePart;
 use super::guard::Guard;
-use super::star_mesh::{Place, StarMesh};
+use super::star_mesh::{Place, Ring, Star, StarMesh};
 use crate::mesh::polyline::Polyline;
-use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
+use crate::mesh::triangle::{closest_on_triangle, corners_at, doubled_normal};
 use crate::{ProgressToken, Result};
 
 /// An edge between vertices inside patches becomes its midpoint if it is longer than this share of the target
@@ -169,21 +170,37 @@ impl StarMesh {
             let length = mesh.relative_length(a, b);
             (length < shortest).then(|| Reverse((length.to_bits(), (a.min(b), a.max(b)))))
         };
+        let find = |mesh: &Self, Reverse((bits, (a, b))): &Entry| {
+            // An end may have moved or gone since.
+            if !mesh.has_edge(*a, *b) || mesh.relative_length(*a, *b).to_bits() != *bits {
+                return None;
+            }
+            let collapse = mesh.shaped_collapse(*a, *b, limits, polylines)?;
+            mesh.collapse_stays_close(&collapse).then_some(collapse)
+        };
         let mut edges = self.queue(entry);
+        let mut ahead = Ahead::new(self);
         let mut polls = 0;
         while self.used() > count {
-            let Some(Reverse((bits, (a, b)))) = edges.pop() else { return Ok(()) };
-            // An end may have moved or gone since.
-            if !self.has_edge(a, b) || self.relative_length(a, b).to_bits() != bits {
-                continue;
-            }
+            let known = ahead.next(edges.first(), |entry| find(self, entry));
+            let left = edges.first().len();
+            let Some(next @ Reverse((_, (a, b)))) = edges.pop() else { return Ok(()) };
             polls += 1;
             if polls % BETWEEN_POLLS == 0 {
                 progress.poll()?;
             }
-            let Some(kept) = self.collapse_edge(a, b, limits, polylines) else { continue };
-            for w in self.neighbours(kept) {
-                edges.extend(entry(self, kept, w));
+            let is_ahead = edges.first().len() < left && !ahead.has_changed([a, b]);
+            let collapse = known.filter(|_| is_ahead).unwrap_or_else(|| find(self, &next));
+            let Some(collapse) = collapse.filter(|collapse| self.collapse_keeps_apart(collapse)) else {
+                continue;
+            };
+            self.apply(&collapse);
+            let kept = collapse.kept;
+            let around = self.neighbours(kept);
+            ahead.note(&around);
+            ahead.note(&[a, b]);
+            for w in around {
+                entry(self, kept, w).into_iter().for_each(|entry| edges.push(entry));
             }
         }
         Ok(())
@@ -191,16 +208,20 @@ impl StarMesh {
 
     /// Collapses an edge if the limits allow it; returns the vertex that is left.
     pub fn collapse_edge(&mut self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<u32> {
-        let collapse = self.collapse(a, b, limits, polylines)?;
-        // Shape is what most collapses are refused for.
-        let keeps = self.keeps_shape(&collapse, limits)
-            && self.keeps_topology(collapse.gone, collapse.kept)
-            && (self.collapse_turns_little(&collapse) || self.collapse_stays_apart(&collapse));
-        if !keeps || !self.collapse_stays_close(&collapse) {
+        let collapse = self.shaped_collapse(a, b, limits, polylines)?;
+        if !self.collapse_keeps_apart(&collapse) || !self.collapse_stays_close(&collapse) {
             return None;
         }
         self.apply(&collapse);
         Some(collapse.kept)
+    }
+
+    /// How an edge collapses, as far as the triangles around it tell: shape is what most collapses are
+    /// refused for.
+    fn shaped_collapse(&self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<Collapse> {
+        let collapse = self.collapse(a, b, limits, polylines)?;
+        let keeps = self.keeps_shape(&collapse, limits) && self.keeps_topology(collapse.gone, collapse.kept);
+        keeps.then_some(collapse)
     }
 
     /// How an edge collapses; `None` if that would pull a vertex off its curve or corner, or if it is frozen.
@@ -291,7 +312,7 @@ impl StarMesh {
     /// The link condition: what the two vertices have in common is what lies at their edge.
     fn keeps_topology(&self, gone: u32, kept: u32) -> bool {
         let theirs = self.neighbours(kept);
-        let mut apexes: Vec<u32> = self
+        let mut apexes: Ring = self
             .at_edge_in_any_order(gone, kept)
             .flat_map(|t| self.triangles[t as usize])
             .filter(|w| *w != gone && *w != kept)
@@ -331,27 +352,35 @@ impl StarMesh {
             let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
             around.map(|t| height_of(self.corners(self.triangles[*t as usize]))).fold(limits.height, f64::min)
         };
-        let mut least = None;
+        let (longest, mut least) = (limits.longest * length, None);
         for (_, triangle) in moved() {
-            let [old, new] = [self.corners(triangle), triangle.map(at)];
-            let [n, m] = [old, new].map(doubled_normal);
-            if n.dot(m) < limits.cosine * n.length() * m.length() {
+            // What takes least time comes first.
+            let (old, new) = (self.corners(triangle), corners_at(triangle, at));
+            let longer = longest_side(new);
+            if longer > longest && longer > longest.max(longest_side(old)) {
                 return false;
             }
-            let height = height_of(new);
+            let (n, m) = (doubled_normal(old), doubled_normal(new));
+            let doubled_area = m.length();
+            if n.dot(m) < limits.cosine * n.length() * doubled_area {
+                return false;
+            }
+            let height = height_over(longer, doubled_area);
             if height < limits.height && height < *least.get_or_insert_with(least_height) {
-                return false;
-            }
-            let [long, longer] = [old, new].map(longest_side);
-            if longer > (limits.longest * length).max(long) {
                 return false;
             }
         }
         let is_near = |p: DVec3| {
             let distance_sq = |triangle| closest_on_triangle(p, triangle).point.distance_squared(p);
-            moved().any(|(_, triangle)| distance_sq(triangle.map(at)).sqrt() <= limits.distance * length)
+            moved()
+                .any(|(_, triangle)| distance_sq(corners_at(triangle, at)).sqrt() <= limits.distance * length)
         };
         limits.distance.is_infinite() || [gone, kept].into_iter().all(|v| is_near(self.points[v as usize]))
+    }
+
+    /// Whether the collapse turns triangles by little, or no more of those around intersect after it.
+    fn collapse_keeps_apart(&self, collapse: &Collapse) -> bool {
+        self.collapse_turns_little(collapse) || self.collapse_stays_apart(collapse)
     }
 
     fn collapse_turns_little(&self, collapse: &Collapse) -> bool {
@@ -381,12 +410,12 @@ impl StarMesh {
         let Collapse { gone, kept, to, .. } = *collapse;
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
         let moved = self.moved(gone, kept).chain(self.moved(kept, gone));
-        let new: Vec<[DVec3; 3]> = moved.map(|(_, triangle)| triangle.map(at)).collect();
+        let new: Vec<[DVec3; 3]> = moved.map(|(_, triangle)| corners_at(triangle, at)).collect();
         self.stays_close(&self.around_edge(gone, kept), &new)
     }
 
     /// The triangles around the ends of an edge.
-    fn around_edge(&self, a: u32, b: u32) -> Vec<u32> {
+    fn around_edge(&self, a: u32, b: u32) -> Star {
         let of_b = self.star[b as usize].iter().filter(|t| !self.triangles[**t as usize].contains(&a));
         self.star[a as usize].iter().chain(of_b).copied().collect()
     }
@@ -409,8 +438,8 @@ impl StarMesh {
         if self.places[gone as usize] == Place::Corner {
             self.places[kept as usize] = Place::Corner;
         }
-        let old = if self.samples.is_some() { self.around_edge(gone, kept) } else { Vec::new() };
-        let dead: Vec<u32> = self.at_edge(gone, kept).collect();
+        let old = if self.samples.is_some() { self.around_edge(gone, kept) } else { Star::new() };
+        let dead: Star = self.at_edge(gone, kept).collect();
         dead.into_iter().for_each(|t| self.remove_triangle(t));
         let moved: Vec<(u32, [u32; 3])> = self.moved(gone, kept).collect();
         for (t, triangle) in moved {
@@ -430,8 +459,11 @@ impl StarMesh {
 
 /// The height of a triangle over its longest side, as a share of that.
 fn height_of(corners: [DVec3; 3]) -> f64 {
-    let longest = longest_side(corners);
-    doubled_normal(corners).length() / (longest * longest).max(f64::MIN_POSITIVE)
+    height_over(longest_side(corners), doubled_normal(corners).length())
+}
+
+fn height_over(longest: f64, doubled_area: f64) -> f64 {
+    doubled_area / (longest * longest).max(f64::MIN_POSITIVE)
 }
 
 fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {

@@ -1,9 +1,8 @@
 //! The edges of a mesh that lie on curves, each with the part of the curve that it stands for.
 
-use std::collections::HashMap;
-
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::polyline::Polyline;
+use crate::mesh::quick_hash::QuickMap;
 
 /// A part of a curve from one vertex to another. On a closed curve arc lengths may lie beyond its ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +29,7 @@ impl CurvePart {
 
 /// Curve edges by their vertices.
 #[derive(Debug, Clone, Default)]
-pub(super) struct CurveEdges(HashMap<(u32, u32), CurvePart>);
+pub(super) struct CurveEdges(QuickMap<(u32, u32), CurvePart>);
 
 impl CurveEdges {
     pub fn contains(&self, a: u32, b: u32) -> bool {

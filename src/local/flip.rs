@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::star_mesh::{Place, StarMesh, edges_of};
+use super::ahead::Ahead;
+use super::star_mesh::{Place, Ring, StarMesh, edges_of};
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{angle_gain, keeps_shape};
 use crate::{ProgressToken, Result};
@@ -25,14 +26,21 @@ pub(super) struct Diamond {
     pub triangles: [u32; 2],
 }
 
+impl Diamond {
+    /// The triangles after a flip.
+    fn flipped(&self) -> [[u32; 3]; 2] {
+        let [a, b, c, d] = self.ring;
+        [[d, c, a], [c, d, b]]
+    }
+}
+
 impl StarMesh {
     /// Flips edges off the curves where that is a gain, in ascending order.
     pub fn flip(&mut self, progress: &ProgressToken) -> Result<()> {
         let mut edges = self.edges();
         for _ in 0..PASSES {
             progress.poll()?;
-            let mut changed: Vec<u32> =
-                edges.iter().filter_map(|(a, b)| self.flip_edge(*a, *b)).flatten().collect();
+            let mut changed = self.flip_all(edges);
             if changed.is_empty() {
                 break;
             }
@@ -46,33 +54,62 @@ impl StarMesh {
         Ok(())
     }
 
-    /// Flips an edge if that is a gain; returns the four vertices then.
-    fn flip_edge(&mut self, a: u32, b: u32) -> Option<[u32; 4]> {
-        let Diamond { ring, triangles } = self.diamond(a, b)?;
+    /// Flips edges where that is a gain, in this order; returns the vertices around them.
+    fn flip_all(&mut self, mut edges: Vec<(u32, u32)>) -> Vec<u32> {
+        let mut flipped = Vec::new();
+        let mut ahead = Ahead::new(self);
+        edges.reverse();
+        loop {
+            let known = ahead.next(&edges, |(a, b)| self.flip_of(*a, *b));
+            let Some((a, b)) = edges.pop() else { return flipped };
+            let known = known.filter(|_| !ahead.has_changed([a, b]));
+            let Some(flip) = known.unwrap_or_else(|| self.flip_of(a, b)) else { continue };
+            if !self.apply_flip(&flip) {
+                continue;
+            }
+            let ring = flip.ring;
+            // Edges opposite these vertices gain by something else now, too.
+            ring.iter().for_each(|v| ahead.note(&self.neighbours(*v)));
+            flipped.extend(ring);
+        }
+    }
+
+    /// The flip of an edge, if that is a gain and keeps curves and shape, as far as the two triangles tell.
+    fn flip_of(&self, a: u32, b: u32) -> Option<Diamond> {
+        // What takes least time and refuses most comes first.
+        let keeps = |diamond: &Diamond| {
+            !self.gains_little(diamond) && self.is_free(diamond) && self.flip_keeps_shape(diamond)
+        };
+        self.pair_at(a, b).filter(keeps)
+    }
+
+    /// Whether the flip of these two triangles' edge is no gain.
+    fn gains_little(&self, diamond: &Diamond) -> bool {
+        let Diamond { ring, triangles } = *diamond;
         let points = ring.map(|v| self.points[v as usize]);
         let patch = self.patches[triangles[0] as usize];
-        let gain = angle_gain(points) + VALENCE_WEIGHT * self.valence_gain(ring, patch);
-        if gain <= MIN_GAIN {
-            return None;
-        }
-        self.turn_edge(a, b).then_some(ring)
+        angle_gain(points) + VALENCE_WEIGHT * self.valence_gain(ring, patch) <= MIN_GAIN
     }
 
     /// Flips an edge, whether or not that is a gain, if that keeps curves and shape; whether it has.
     pub fn turn_edge(&mut self, a: u32, b: u32) -> bool {
-        let Some(Diamond { ring: ring @ [a, b, c, d], triangles: [t, s] }) = self.diamond(a, b) else {
-            return false;
-        };
-        let points = ring.map(|v| self.points[v as usize]);
-        if !is_flat(points)
-            && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d], [t, s])))
-        {
+        let flip = self.diamond(a, b).filter(|diamond| self.flip_keeps_shape(diamond));
+        flip.is_some_and(|flip| self.apply_flip(&flip))
+    }
+
+    fn flip_keeps_shape(&self, diamond: &Diamond) -> bool {
+        let points = diamond.ring.map(|v| self.points[v as usize]);
+        let new = diamond.flipped().map(|triangle| self.corners(triangle));
+        (is_flat(points) || keeps_shape(points)) && self.stays_close(&diamond.triangles, &new)
+    }
+
+    /// Flips an edge if triangles stay apart; whether it has.
+    fn apply_flip(&mut self, diamond: &Diamond) -> bool {
+        let points = diamond.ring.map(|v| self.points[v as usize]);
+        if !is_flat(points) && !is_smooth(points) && !self.flip_stays_apart(diamond) {
             return false;
         }
-        let new = [[d, c, a], [c, d, b]];
-        if !self.stays_close(&[t, s], &new.map(|triangle| self.corners(triangle))) {
-            return false;
-        }
+        let ([t, s], new) = (diamond.triangles, diamond.flipped());
         self.replace(t, new[0]);
         self.replace(s, new[1]);
         self.pass_samples(&[t, s], &[t, s]);
@@ -81,6 +118,17 @@ impl StarMesh {
 
     /// What is around an edge that may be flipped as far as curves and connectivity go.
     pub fn diamond(&self, a: u32, b: u32) -> Option<Diamond> {
+        self.pair_at(a, b).filter(|diamond| self.is_free(diamond))
+    }
+
+    /// Whether no edge is where the flipped one would be.
+    fn is_free(&self, diamond: &Diamond) -> bool {
+        let [_, _, c, d] = diamond.ring;
+        c != d && !self.has_edge(c, d)
+    }
+
+    /// What is around an edge that is on no curve and has two triangles.
+    fn pair_at(&self, a: u32, b: u32) -> Option<Diamond> {
         if self.curves.contains(a, b) || (self.is_frozen(a) && self.is_frozen(b)) {
             return None;
         }
@@ -98,13 +146,13 @@ impl StarMesh {
                 _ => return None,
             },
         };
-        let is_free = c != d && !self.has_edge(c, d);
-        is_free.then_some(Diamond { ring: [a, b, c, d], triangles: [t, s] })
+        Some(Diamond { ring: [a, b, c, d], triangles: [t, s] })
     }
 
-    /// Whether no more triangles around intersect after the flip of a–b.
-    fn flip_stays_apart(&self, [a, b, c, d]: [u32; 4], pair: [u32; 2]) -> bool {
-        self.change_stays_apart(&[a, b], &pair, &[[d, c, a], [c, d, b]], |w| self.points[w as usize])
+    /// Whether no more triangles around intersect after the flip.
+    fn flip_stays_apart(&self, diamond: &Diamond) -> bool {
+        let [a, b, ..] = diamond.ring;
+        self.change_stays_apart(&[a, b], &diamond.triangles, &diamond.flipped(), |w| self.points[w as usize])
     }
 
     /// Half the decrease of the sum of squared differences to the ideal valences; `patch` is that of the two
@@ -134,7 +182,7 @@ impl StarMesh {
     /// Whether a vertex has an edge with one triangle.
     fn is_boundary(&self, v: u32) -> bool {
         let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
-        let mut ends: Vec<u32> = around.filter(|w| *w != v).collect();
+        let mut ends: Ring = around.filter(|w| *w != v).collect();
         ends.sort_unstable();
         ends.chunk_by(|a, b| a == b).any(|same| same.len() == 1)
     }

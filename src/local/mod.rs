@@ -6,6 +6,7 @@
 //! Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004, with curves as in
 //! Dunyach et al., "Adaptive remeshing for real-time mesh deformation", Eurographics 2013.
 
+mod ahead;
 mod apart;
 mod close;
 mod collapse;

@@ -1,6 +1,6 @@
 //! A part of a mesh, cut out to try changes on and put back.
 
-use super::star_mesh::StarMesh;
+use super::star_mesh::{Star, StarMesh};
 use crate::mesh::NONE;
 use crate::mesh::half_edges::edge_key;
 
@@ -27,7 +27,7 @@ impl StarMesh {
             points: vertices.iter().map(|v| self.points[of(v)]).collect(),
             triangles: Vec::with_capacity(triangles.len() + 4),
             patches: Vec::with_capacity(triangles.len() + 4),
-            star: vec![Vec::new(); vertices.len()],
+            star: vec![Star::new(); vertices.len()],
             places: vertices.iter().map(|v| self.places[of(v)]).collect(),
             sizes: if self.sizes.is_empty() {
                 Vec::new()

@@ -50,7 +50,7 @@ impl StarMesh {
             }
             let middle = self.split_edge(a, b, polylines);
             for w in self.neighbours(middle) {
-                edges.extend(entry(self, middle, w));
+                entry(self, middle, w).into_iter().for_each(|entry| edges.push(entry));
             }
         }
     }

@@ -1,19 +1,22 @@
 //! Triangles with those around each vertex: any mesh, manifold or not.
 
-use std::collections::BinaryHeap;
+use std::ops::Range;
 
 use glam::DVec3;
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::curve_edges::{CurveEdges, CurvePart};
 use super::surface_samples::SurfaceSamples;
 use crate::TriMesh;
 use crate::mesh::NONE;
+use crate::mesh::chunks::par_map_chunks;
 use crate::mesh::features::Features;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::polyline::Polyline;
+use crate::mesh::queue::Queue;
 use crate::mesh::submesh::renumber;
-use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
+use crate::mesh::triangle::{closest_on_triangle, corners_at, doubled_normal};
 use crate::polish::{ConstrainedMesh, CurveEdge, MeshCache, SlidingCurve, Target};
 
 /// Where a vertex may go.
@@ -27,6 +30,11 @@ pub(super) enum Place {
     Corner,
 }
 
+/// The triangles around a vertex: mostly few enough to need no allocation.
+pub(super) type Star = SmallVec<[u32; 8]>;
+/// The vertices around a vertex, likewise.
+pub(super) type Ring = SmallVec<[u32; 24]>;
+
 /// A mesh whose edges can be split, collapsed and flipped.
 #[derive(Debug, Clone, Default)]
 pub(super) struct StarMesh {
@@ -36,7 +44,7 @@ pub(super) struct StarMesh {
     /// The patch of each triangle.
     pub patches: Vec<u32>,
     /// The triangles around each vertex.
-    pub star: Vec<Vec<u32>>,
+    pub star: Vec<Star>,
     pub places: Vec<Place>,
     pub curves: CurveEdges,
     /// The relative target edge length at each vertex; empty if they are all equal.
@@ -53,7 +61,7 @@ pub(super) struct StarMesh {
 
 impl StarMesh {
     pub fn new(surface: &TriMesh, features: &Features, polylines: &[Polyline], lengths: &[f64]) -> Self {
-        let mut star = vec![Vec::new(); surface.vertices.len()];
+        let mut star = vec![Star::new(); surface.vertices.len()];
         for (t, triangle) in (0..).zip(&surface.triangles) {
             triangle.iter().for_each(|v| star[*v as usize].push(t));
         }
@@ -89,7 +97,7 @@ impl StarMesh {
         let ConstrainedMesh { mesh, patches, fixed, pinned, curve_edges, sliding_curves, lengths, .. } =
             local;
         let count = mesh.vertices.len();
-        let mut star = vec![Vec::new(); count];
+        let mut star = vec![Star::new(); count];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| star[*v as usize].push(t));
         }
@@ -140,14 +148,13 @@ impl StarMesh {
     }
 
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
-        triangle.map(|v| self.points[v as usize])
+        corners_at(triangle, |v| self.points[v as usize])
     }
 
     /// The other vertices of the triangles around one, ascending.
-    pub fn neighbours(&self, v: u32) -> Vec<u32> {
-        let star = &self.star[v as usize];
-        let mut list = Vec::with_capacity(3 * star.len());
-        list.extend(star.iter().flat_map(|t| self.triangles[*t as usize]).filter(|w| *w != v));
+    pub fn neighbours(&self, v: u32) -> Ring {
+        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
+        let mut list: Ring = around.filter(|w| *w != v).collect();
         list.sort_unstable();
         list.dedup();
         list
@@ -191,13 +198,20 @@ impl StarMesh {
     }
 
     /// A queue of the edges, each once, the smaller vertex first, for which `entry` gives a value.
-    pub fn queue<T: Ord + Send>(&self, entry: impl Fn(&Self, u32, u32) -> Option<T>) -> BinaryHeap<T> {
+    pub fn queue<T: Ord + Copy + Send + Sync>(
+        &self,
+        entry: impl Fn(&Self, u32, u32) -> Option<T> + Sync,
+    ) -> Queue<T> {
+        let sides = |t: usize| {
+            let [a, b, c] = self.triangles[t];
+            let is_alive = a != NONE;
+            [(a, b), (b, c), (c, a)].into_iter().filter(move |_| is_alive)
+        };
+        let of = |part: Range<usize>| -> Vec<T> {
+            part.flat_map(sides).filter_map(|(a, b)| entry(self, a.min(b), a.max(b))).collect()
+        };
         // Mostly few have one, so that only these are sorted.
-        let sides = self.alive().flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]);
-        let mut entries: Vec<T> = sides.filter_map(|(a, b)| entry(self, a.min(b), a.max(b))).collect();
-        entries.par_sort_unstable();
-        entries.dedup();
-        entries.into()
+        Queue::new(par_map_chunks(self.triangles.len(), of).concat())
     }
 
     /// The relative target length of an edge.
@@ -232,7 +246,7 @@ impl StarMesh {
 
     pub fn add_vertex(&mut self, at: DVec3, place: Place, size: f64) -> u32 {
         self.points.push(at);
-        self.star.push(Vec::new());
+        self.star.push(Star::new());
         self.places.push(place);
         self.ranks.push(0);
         self.frozen.push(false);
@@ -273,15 +287,15 @@ impl StarMesh {
         if lengths.is_empty() {
             return;
         }
-        for v in 0..self.points.len() {
-            if self.star[v].is_empty() {
-                continue;
-            }
-            let Some((point, t)) = target.nearest(self.points[v]) else { continue };
+        let at = |p: DVec3| {
+            let (point, t) = target.nearest(p)?;
             let weights = closest_on_triangle(point, surface.corners(t as usize)).barycentric;
             let corners = surface.triangles[t as usize];
-            self.sizes[v] = (0..3).map(|k| weights[k] * lengths[corners[k] as usize]).sum();
-        }
+            Some((0..3).map(|k| weights[k] * lengths[corners[k] as usize]).sum())
+        };
+        let vertices = self.sizes.par_iter_mut().zip(&self.points).zip(&self.star);
+        let used = vertices.filter(|(_, star)| !star.is_empty());
+        used.for_each(|((size, p), _)| *size = at(*p).unwrap_or(*size));
     }
 
     /// The vertices of each curve, in order along it, with their arc lengths.
