@@ -1,9 +1,12 @@
 //! Tangential relaxation onto the surface, and along curves.
 
 use glam::DVec3;
+use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
+use super::surface_samples::PassedSample;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{Target, folds_or_flattens};
@@ -21,37 +24,105 @@ const MAX_DEVIATION: f64 = 0.05;
 const MOST_SLIDE: f64 = 0.4;
 /// Steps of a move that are tried, as shares of it.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+/// Fewer vertices than this are moved by one thread.
+const FEW: usize = 64;
+
+/// The neighbours of a vertex, in little space, since there is a list for each.
+type Near = SmallVec<[u32; 8]>;
+
+/// A move of a vertex.
+struct Relaxed {
+    /// Where the search for the surface ended.
+    rank: usize,
+    /// Where it goes, and where the samples around it then belong; `None` if it stays.
+    to: Option<(DVec3, Vec<PassedSample>)>,
+}
 
 impl StarMesh {
     /// Moves vertices one by one towards the mean of their neighbours, over the surface or along their curve.
     pub fn relax(&mut self, target: &Target, polylines: &[Polyline], progress: &ProgressToken) -> Result<()> {
+        let groups = self.independent_groups();
+        let of_group =
+            |group: &Vec<u32>| group.iter().map(|v| (*v, Near::from_slice(&self.neighbours(*v)))).collect();
+        let groups: Vec<Vec<(u32, Near)>> = groups.par_iter().map(of_group).collect();
         for _ in 0..PASSES {
             self.slide_all(polylines);
-            for v in 0..self.points.len() as u32 {
-                if v % 4096 == 0 {
-                    progress.poll()?;
-                }
-                if !self.is_used(v) || self.is_frozen(v) {
-                    continue;
-                }
-                if self.places[v as usize] == Place::Inside {
-                    self.relax_inside(v, target);
-                }
+            for group in &groups {
+                progress.poll()?;
+                self.relax_group(group, target);
             }
         }
         Ok(())
     }
 
+    /// The vertices that move over the surface, in groups. Those of a group are farther apart than what one
+    /// depends on, and each comes in a later group than those near it with smaller indices: moved group by
+    /// group, they get where they would be if they were moved one by one.
+    fn independent_groups(&self) -> Vec<Vec<u32>> {
+        let mut groups: Vec<Vec<u32>> = Vec::new();
+        // How many groups may not take another vertex next to this one.
+        let mut passed = vec![0; self.points.len()];
+        for v in 0..self.points.len() as u32 {
+            if !self.is_used(v) || self.is_frozen(v) || self.places[v as usize] != Place::Inside {
+                continue;
+            }
+            let mut near = self.neighbours(v);
+            near.push(v);
+            let group = near.iter().map(|w| passed[*w as usize]).max().unwrap_or(0);
+            near.iter().for_each(|w| passed[*w as usize] = group + 1);
+            if groups.len() == group {
+                groups.push(Vec::new());
+            }
+            groups[group].push(v);
+        }
+        groups
+    }
+
+    /// Moves vertices, given with their neighbours.
+    fn relax_group(&mut self, group: &[(u32, Near)], target: &Target) {
+        if group.len() < FEW {
+            for (v, near) in group {
+                let relaxed = self.relaxed(*v, near, target);
+                self.put_relaxed(*v, relaxed);
+            }
+            return;
+        }
+        let vertices = group.par_iter().with_min_len(FEW / 2);
+        let relaxed: Vec<Relaxed> = vertices.map(|(v, near)| self.relaxed(*v, near, target)).collect();
+        group.iter().zip(relaxed).for_each(|((v, _), relaxed)| self.put_relaxed(*v, relaxed));
+    }
+
     pub fn relax_inside(&mut self, v: u32, target: &Target) {
+        let relaxed = self.relaxed(v, &self.neighbours(v), target);
+        self.put_relaxed(v, relaxed);
+    }
+
+    /// A move of a vertex inside a patch, with these neighbours.
+    fn relaxed(&self, v: u32, near: &[u32], target: &Target) -> Relaxed {
+        let mut rank = self.ranks[v as usize];
+        let to = self.relaxed_place(v, near, target, &mut rank);
+        Relaxed { rank, to: to.map(|to| (to, self.passed_at(v, to))) }
+    }
+
+    fn put_relaxed(&mut self, v: u32, relaxed: Relaxed) {
+        self.ranks[v as usize] = relaxed.rank;
+        if let Some((to, passed)) = relaxed.to {
+            self.move_with(v, to, passed);
+        }
+    }
+
+    /// Where a vertex inside a patch, with these neighbours, is to go, if it may go there. The search for the
+    /// surface begins at `rank`, which becomes where it ends.
+    fn relaxed_place(&self, v: u32, near: &[u32], target: &Target, rank: &mut usize) -> Option<DVec3> {
         let here = self.points[v as usize];
         let (normal, left) = self.normal(v);
         if left < TIP {
-            return;
+            return None;
         }
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for w in self.neighbours(v) {
-            let weight = 1.0 / self.size_at(w);
-            sum += weight * self.points[w as usize];
+        for w in near {
+            let weight = 1.0 / self.size_at(*w);
+            sum += weight * self.points[*w as usize];
             weights += weight;
         }
         let up = normal.normalize_or_zero();
@@ -59,17 +130,15 @@ impl StarMesh {
         let step = step - up * step.dot(up);
         for share in SHARES {
             let goal = here + share * step;
-            let patch = self.patch_at(v);
-            let rank = &mut self.ranks[v as usize];
-            let Some(to) = target.closest(goal, up, patch, rank) else { return };
+            let to = target.closest(goal, up, self.patch_at(v), rank)?;
             if !self.folds(v, to, normal)
                 && (left > FLAT || self.turns_little_at(v, to) || self.stays_apart_at(v, to))
                 && self.stays_close_at(v, to)
             {
-                self.move_to(v, to);
-                return;
+                return Some(to);
             }
         }
+        None
     }
 
     fn turns_little_at(&self, v: u32, to: DVec3) -> bool {
@@ -87,9 +156,9 @@ impl StarMesh {
             let triangle = self.triangles[*t as usize];
             let old = self.corners(triangle);
             let new = [0, 1, 2].map(|k| if triangle[k] == v { to } else { old[k] });
-            let turned =
-                doubled_normal(old).dot(doubled_normal(new)) <= 0.0 && doubled_normal(old) != DVec3::ZERO;
-            turned || folds_or_flattens(old, new, if up == DVec3::ZERO { doubled_normal(old) } else { up })
+            let before = doubled_normal(old);
+            let turned = before.dot(doubled_normal(new)) <= 0.0 && before != DVec3::ZERO;
+            turned || folds_or_flattens(old, new, if up == DVec3::ZERO { before } else { up })
         })
     }
 
@@ -156,6 +225,42 @@ impl StarMesh {
                 self.curves.insert(v, x, moved(other));
                 return;
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local::surface_samples::SurfaceSamples;
+    use crate::mesh::features::{FeatureOptions, find_features};
+    use crate::mesh::samples::sample;
+    use crate::mesh::spacing;
+
+    #[test]
+    fn groups_move_as_their_vertices_do_one_by_one() {
+        let surface = sample("torus").unwrap();
+        let features = find_features(&surface, &FeatureOptions::new(0.1)).unwrap();
+        let (target, progress) = (Target::new(&surface), ProgressToken::default());
+        for has_samples in [false, true] {
+            let mut mesh = StarMesh::new(&surface, &features, &[], &[]);
+            mesh.samples = has_samples.then(|| {
+                let mut samples = SurfaceSamples::new(&surface, 1000, spacing(surface.area(), 1000));
+                samples.tolerance = 0.01;
+                samples
+            });
+            mesh.split_long(0.0, 10_000, &[]);
+            mesh.flip(&progress).unwrap();
+            let mut one_by_one = mesh.clone();
+            assert!(mesh.independent_groups().iter().any(|group| group.len() >= 2 * FEW));
+            mesh.relax(&target, &[], &progress).unwrap();
+            for _ in 0..PASSES {
+                for v in (0..mesh.points.len() as u32).filter(|v| mesh.is_used(*v)) {
+                    one_by_one.relax_inside(v, &target);
+                }
+            }
+            assert_ne!(mesh.points[..100], surface.vertices[..100]);
+            assert_eq!((mesh.points, mesh.ranks), (one_by_one.points, one_by_one.ranks));
         }
     }
 }

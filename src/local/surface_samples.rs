@@ -7,13 +7,14 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::star_mesh::StarMesh;
 use crate::TriMesh;
-use crate::mesh::bvh::Bvh;
+use crate::mesh::bvh::{Aabb, Bvh};
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::sampling::PLANE_SEQUENCE;
-use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
+use crate::mesh::triangle::{closest_on_triangle, corners_at, doubled_normal};
 
 /// Samples on faces, and at most as many on edges, for each vertex of the mesh that is wanted.
 const PER_VERTEX: usize = 12;
@@ -21,6 +22,11 @@ const PER_VERTEX: usize = 12;
 const STEP: f64 = 0.25;
 /// Edges are sharp if the cosine between their triangles is below this.
 const SHARP: f64 = 0.95;
+/// A triangle is farther away if its box is beyond the best squared distance by this factor and by
+/// [`ROUNDING`]: both are rounded.
+const SLACK: f64 = 1.0 + 1e-9;
+/// See [`SLACK`]; times the square of the largest coordinates. Points have an error of about 1e-16.
+const ROUNDING: f64 = 1e-20;
 
 /// Samples of the original surface, by triangles of the mesh.
 #[derive(Debug, Clone)]
@@ -117,9 +123,15 @@ impl SurfaceSamples {
     fn are_near(&self, old: &[u32], new: &[[DVec3; 3]]) -> bool {
         let was = self.of_triangles(old).map(|sample| self.distances_sq[sample as usize]).fold(0.0, f64::max);
         let limit = was.max(self.tolerance.powi(2));
-        self.of_triangles(old).all(|sample| {
-            let p = self.points[sample as usize];
-            new.iter().any(|corners| closest_on_triangle(p, *corners).point.distance_squared(p) <= limit)
+        let is_near = |p: DVec3, corners: &[DVec3; 3]| {
+            closest_on_triangle(p, *corners).point.distance_squared(p) <= limit
+        };
+        (0..).zip(old).all(|(k, t)| {
+            self.of_triangles(&[*t]).all(|sample| {
+                let p = self.points[sample as usize];
+                // Where a vertex moves, a sample mostly stays near the same triangle.
+                new.get(k).is_some_and(|same| is_near(p, same)) || new.iter().any(|new| is_near(p, new))
+            })
         })
     }
 
@@ -164,29 +176,90 @@ impl StarMesh {
 
     /// Moves a vertex.
     pub fn move_to(&mut self, v: u32, to: DVec3) {
+        let passed = self.passed_at(v, to);
+        self.move_with(v, to, passed);
+    }
+
+    /// Where the samples around a vertex belong once it is at another place, for [`StarMesh::move_with`].
+    pub fn passed_at(&self, v: u32, to: DVec3) -> Vec<PassedSample> {
+        let star = &self.star[v as usize];
+        self.passed(star, star, |w| if w == v { to } else { self.points[w as usize] })
+    }
+
+    /// Moves a vertex, and passes the samples around it.
+    pub fn move_with(&mut self, v: u32, to: DVec3, passed: Vec<PassedSample>) {
         self.points[v as usize] = to;
-        if self.samples.is_some() {
-            let star = self.star[v as usize].clone();
-            self.pass_samples(&star, &star);
+        let star = &self.star[v as usize];
+        if let Some(samples) = &mut self.samples {
+            samples.pass(star, self.triangles.len(), passed);
         }
     }
 
     /// Passes the samples of triangles that have changed or gone to the nearest of `new`.
     pub fn pass_samples(&mut self, old: &[u32], new: &[u32]) {
-        let Some(samples) = &mut self.samples else { return };
-        let corners = |t: &u32| self.triangles[*t as usize].map(|v| self.points[v as usize]);
-        let new_corners: Vec<[DVec3; 3]> = new.iter().map(corners).collect();
-        samples.of.resize(self.triangles.len().max(samples.of.len()), Vec::new());
-        let passed: Vec<u32> = samples.of_triangles(old).collect();
-        old.iter().for_each(|t| samples.of[*t as usize].clear());
-        for sample in passed {
+        let passed = self.passed(old, new, |v| self.points[v as usize]);
+        if let Some(samples) = &mut self.samples {
+            samples.pass(old, self.triangles.len(), passed);
+        }
+    }
+
+    /// The nearest of the triangles `new` to each sample of `old` ones, with vertices `at` some places.
+    fn passed(&self, old: &[u32], new: &[u32], at: impl Fn(u32) -> DVec3) -> Vec<PassedSample> {
+        let Some(samples) = &self.samples else { return Vec::new() };
+        let corners = |t: &u32| corners_at(self.triangles[*t as usize], &at);
+        let new: SmallVec<[(u32, [DVec3; 3], Aabb); 16]> = new
+            .iter()
+            .map(|t| (*t, corners(t)))
+            .map(|(t, corners)| (t, corners, Aabb::of(corners)))
+            .collect();
+        let largest = |bounds: &Aabb| bounds.min.abs().max(bounds.max.abs()).length_squared();
+        let rounding = ROUNDING * new.iter().map(|new| largest(&new.2)).fold(0.0, f64::max);
+        let nearest = |(t, sample): (u32, u32)| {
             let p = samples.points[sample as usize];
-            let distance_sq =
-                |corners: &[DVec3; 3]| closest_on_triangle(p, *corners).point.distance_squared(p);
-            let distances = new.iter().zip(new_corners.iter().map(distance_sq));
-            let Some((t, distance_sq)) = distances.min_by(|a, b| a.1.total_cmp(&b.1)) else { continue };
-            samples.distances_sq[sample as usize] = distance_sq;
-            samples.of[*t as usize].push(sample);
+            let distance_sq = |k: usize| closest_on_triangle(p, new[k].1).point.distance_squared(p);
+            // Mostly the same one stays the nearest, and then the boxes of most others are farther away.
+            let first = new.iter().position(|new| new.0 == t).unwrap_or(0);
+            new.get(first)?;
+            let mut best = (distance_sq(first), first);
+            for k in (0..new.len()).filter(|k| *k != first) {
+                if new[k].2.distance_sq(p) <= SLACK * best.0 + rounding {
+                    let other = (distance_sq(k), k);
+                    let is_nearer = other.0.total_cmp(&best.0).then(k.cmp(&best.1)).is_lt();
+                    best = if is_nearer { other } else { best };
+                }
+            }
+            Some(PassedSample { sample, triangle: new[best.1].0, distance_sq: best.0 })
+        };
+        let of = |t: u32| {
+            samples
+                .of
+                .get(t as usize)
+                .into_iter()
+                .flatten()
+                .map(|sample| (t, *sample))
+                .collect::<SmallVec<[(u32, u32); 16]>>()
+        };
+        old.iter().flat_map(|t| of(*t)).filter_map(nearest).collect()
+    }
+}
+
+/// A sample with the triangle that it belongs to from now on.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PassedSample {
+    sample: u32,
+    triangle: u32,
+    distance_sq: f64,
+}
+
+impl SurfaceSamples {
+    /// Takes the samples of triangles `old` off them; `passed` is where they belong now, and `triangles` how
+    /// many there are.
+    fn pass(&mut self, old: &[u32], triangles: usize, passed: Vec<PassedSample>) {
+        self.of.resize(triangles.max(self.of.len()), Vec::new());
+        old.iter().for_each(|t| self.of[*t as usize].clear());
+        for PassedSample { sample, triangle, distance_sq } in passed {
+            self.distances_sq[sample as usize] = distance_sq;
+            self.of[triangle as usize].push(sample);
         }
     }
 }

@@ -51,8 +51,9 @@ impl Aabb {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    /// The squared distance of a point from the box.
     #[inline]
-    pub(super) fn distance_sq(&self, p: DVec3) -> f64 {
+    pub(crate) fn distance_sq(&self, p: DVec3) -> f64 {
         (self.min - p).max(p - self.max).max(DVec3::ZERO).length_squared()
     }
 
