@@ -17,8 +17,8 @@ use crate::{ProgressToken, Result, TriMesh};
 pub(crate) struct Measuring<'a> {
     pub request: MeasureRequest,
     pub result: &'a TriMesh,
-    /// The repaired input.
-    pub reference: &'a TriMesh,
+    /// The repaired input, and for each of its triangles the one that it is a part of, if it was divided.
+    pub reference: (&'a TriMesh, Option<&'a Vec<u32>>),
     /// What rounding changed of the result, to be told of its intersections.
     pub rounding: Option<&'a mut Rounding>,
     /// Number of faces of the result that intersected others before rounding, if it is known.
@@ -69,8 +69,8 @@ impl Measuring<'_> {
     /// # Errors
     /// Those of [`measure_some`] and [`energy`].
     pub fn measure(self, progress: &ProgressToken) -> Result<Measured> {
-        let Self { result, request, .. } = self;
-        let reference = (request.depth >= MeasureDepth::Full).then_some(self.reference);
+        let Self { result, request, reference: (input, origin), .. } = self;
+        let reference = (request.depth >= MeasureDepth::Full).then_some(input);
         let intersections = match (self.intersecting_faces, &self.rounding) {
             (Some(count), None) => Crossing::Known(count),
             (Some(_), Some(_)) => Crossing::Find,
@@ -84,12 +84,20 @@ impl Measuring<'_> {
         if let Some(rounding) = self.rounding {
             rounding.compare(output.self_intersecting_faces, self.intersecting_faces, progress)?;
         }
-        let input_intersections = match self.input_intersections {
-            // Those of the result are a fault if the input has none.
-            None if reference.is_some() || output.self_intersecting_faces > Some(0) => {
-                Some(intersecting_faces(self.reference, progress)?.len())
+        // Those of the result are a fault if the input has none.
+        let is_asked_for = reference.is_some() || output.self_intersecting_faces > Some(0);
+        let input_intersections = match (self.input_intersections, origin) {
+            (None, _) if !is_asked_for => None,
+            (Some(count), None) => Some(count),
+            (_, origin) => {
+                let mut faces = intersecting_faces(input, progress)?;
+                if let Some(origin) = origin {
+                    faces.iter_mut().for_each(|t| *t = origin[*t as usize]);
+                    faces.sort_unstable();
+                    faces.dedup();
+                }
+                Some(faces.len())
             }
-            known => known,
         };
         Ok(Measured { output, energy, input_intersections })
     }

@@ -178,7 +178,7 @@ fn finish(
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
-        reference: &repaired.mesh,
+        reference: (&repaired.mesh, plan.refined.undivided.is_some().then_some(&repaired.origin)),
         rounding: rounding.as_mut(),
         intersecting_faces: outcome.intersecting_faces.filter(|_| is_whole),
         input_intersections: input_intersections.count().filter(|_| is_whole),
@@ -215,7 +215,7 @@ fn finish(
         repaired: repaired.counts,
         warning_codes: warnings.iter().map(|warning| warning.code).collect(),
         warnings: warnings.into_iter().map(|warning| warning.text).collect(),
-        input: plan.refined.undivided.unwrap_or(input),
+        input,
         output: measured.output,
         attempts: outcome.attempts,
         iterations: outcome.steps.len() as u32,

@@ -162,7 +162,8 @@ impl Prepared {
 
     /// Takes the mesh of an outcome and adds the small components, which count as simplified, and the kept
     /// triangles, in the input's units. Also what is to be said of vertices that the user wanted to be kept.
-    /// From then on, the repaired input and its topology are those of the whole.
+    /// From then on, the repaired input and its topology are those of the whole, the latter before any
+    /// division.
     ///
     /// # Errors
     /// Those of [`Kept::join`].
@@ -181,6 +182,9 @@ impl Prepared {
             std::mem::swap(&mut self.repaired, &mut kept.whole);
             std::mem::swap(&mut self.input, &mut kept.topology);
             self.plan.refined.undivided = None;
+        }
+        if let Some(undivided) = &self.plan.refined.undivided {
+            self.input = undivided.clone();
         }
         let warnings = self.plan.pinned.warnings(&mesh);
         Ok((mesh, warnings))

@@ -175,7 +175,7 @@ fn finish(
     let measuring = Measuring {
         request: MeasureRequest::new(options),
         result: &result,
-        reference: &repaired.mesh,
+        reference: (&repaired.mesh, None),
         rounding: rounding.as_mut(),
         intersecting_faces: None,
         input_intersections: None,
