@@ -100,9 +100,10 @@ class Options(TypedDict, total=False):
     """Remesh only these triangles, and keep all others untouched; WHAT as for `keep`."""
     sizing: str | ArrayLike | None
     """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
-    around places that equal edges would miss, such as narrow folds; uniform: equal everywhere, the default
-    with `quality` draft; curvature: shorter where the surface is curved; property:NAME: proportional to
-    this vertex attribute. The preset rtf takes curvature and property:NAME as well."""
+    around places that equal edges would miss, such as narrow folds, and on the fillets and small holes of
+    CAD parts; uniform: equal everywhere, the default with `quality` draft; curvature: shorter where the
+    surface is curved; property:NAME: proportional to this vertex attribute. The preset rtf takes curvature
+    and property:NAME as well."""
     max_deviation: float | str | None
     """Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
     percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as

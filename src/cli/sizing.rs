@@ -11,10 +11,10 @@ use rtfmesh::{Error, Length, Options, Size, Sizing};
 pub struct SizingArgs {
     /// Edge lengths: auto, uniform, curvature or property:NAME [default: auto]
     ///
-    /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds; uniform:
-    /// equal everywhere, the default with --quality draft; curvature: shorter where the surface is curved;
-    /// property:NAME: proportional to this vertex attribute. The preset rtf takes curvature and property:NAME
-    /// as well.
+    /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds, and on the
+    /// fillets and small holes of CAD parts; uniform: equal everywhere, the default with --quality draft;
+    /// curvature: shorter where the surface is curved; property:NAME: proportional to this vertex attribute.
+    /// The preset rtf takes curvature and property:NAME as well.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
     /// Maximum distance between input and result, e.g. 0.1%; sets the edge lengths

@@ -18,6 +18,7 @@ pub(crate) mod hash_grid;
 pub(crate) mod insert_points;
 pub mod intersections;
 pub(crate) mod mirror;
+pub(crate) mod planes;
 pub mod quality;
 pub(crate) mod queue;
 pub(crate) mod quick_hash;

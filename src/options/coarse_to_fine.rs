@@ -63,8 +63,8 @@ pub enum Symmetry {
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Sizing {
-    /// Equal, but shorter around places that equal edges would miss, such as a narrow fold. If the first
-    /// attempt misses none, it is the result.
+    /// Equal, but shorter, down to 0.6 times their length, on the fillets and small holes of CAD parts that
+    /// equal edges would cut off, and around places that they would miss, such as a narrow fold.
     #[default]
     Automatic,
     /// Equal everywhere.
@@ -84,7 +84,7 @@ pub enum Sizing {
 }
 
 impl Sizing {
-    /// Whether edges are equally long, in a first attempt at least.
+    /// Whether edges are equally long but where that would cut off or miss a part of the surface.
     pub(crate) fn is_even(&self) -> bool {
         matches!(self, Self::Automatic | Self::Uniform)
     }

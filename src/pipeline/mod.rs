@@ -1,6 +1,7 @@
 //! A run: prepare the input, remesh it by one of the pipelines, measure the result.
 
 mod all_at_once;
+mod bends;
 mod cells;
 mod clock;
 mod coarse_to_fine;

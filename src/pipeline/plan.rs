@@ -1,6 +1,7 @@
 //! What a run makes of the options for its input. The options are the user's request and never change.
 
 use super::RunInput;
+use super::bends::{Bends, divide_planes, find_bends};
 use super::kept::Kept;
 use super::pinned::{Pinned, WholeEdges};
 use super::refined::{Refined, parts_of};
@@ -8,7 +9,7 @@ use super::user_curves::UserCurves;
 use crate::mesh::correspondence::vertex_values_after;
 use crate::mesh::repair::Repaired;
 use crate::mesh::topology::topology;
-use crate::options::{Length, Sizing};
+use crate::options::{Length, Method, Sizing};
 use crate::{ProgressToken, Result, TriMesh};
 
 /// Where lengths hold in parts of the surface, the coarsest level has at least one of this many vertices.
@@ -25,6 +26,8 @@ pub(crate) struct Plan {
     pub sizing: Sizing,
     /// The shortest edge length.
     pub min_edge: Option<Length>,
+    /// If edges are to be shorter at the bends of a CAD part.
+    pub bends: Option<Bends>,
     /// The user's curves on the repaired mesh.
     pub curves: UserCurves,
     /// Vertices that stay where they are.
@@ -103,6 +106,18 @@ impl Plan {
         }
         refined.keep_shorter(&pinned.boundary_lengths, repaired.mesh.vertices.len());
         pinned.refuse_coarse(&repaired.mesh, &refined.lengths, vertices)?;
+        let may_be_shorter = options.method == Method::CoarseToFine
+            && method.sizing == Sizing::Automatic
+            && !method.local
+            && lengths.is_none()
+            && refined.is_empty();
+        let bends = if may_be_shorter { find_bends(&repaired.mesh, vertices, progress)? } else { None };
+        if bends.is_some() {
+            let half_edges = curves.half_edges(&repaired.mesh)?;
+            let whole = WholeEdges::new(&repaired.mesh, &pinned.whole);
+            let divided = divide_planes(repaired, vertices, (half_edges, &whole), progress)?;
+            refined.undivided = refined.undivided.or(divided);
+        }
         let sizing = match (lengths, &method.sizing) {
             (Some(lengths), _) => Sizing::Given(lengths.values.to_vec()),
             // Further attempts would have lengths of their own.
@@ -120,6 +135,7 @@ impl Plan {
             },
             sizing,
             min_edge: method.min_edge.or(lengths.map(|lengths| lengths.shortest)),
+            bends,
             curves,
             pinned,
             refined,

@@ -263,7 +263,9 @@ impl<'a> PreviewedSurface<'a> {
         let given = if let Sizing::Given(values) = &plan.sizing { values.as_slice() } else { &[] };
         let (sizing, min_edge, diagonal) = (&plan.sizing, plan.min_edge, *diagonal);
         let (fixed, floors) = (plan.refined.lengths.as_slice(), plan.refined.least.as_slice());
-        let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, floors, diagonal };
+        let has_bends = plan.bends.is_some();
+        let request =
+            SizeRequest { options, min_edge, vertices, sizing, has_bends, given, fixed, floors, diagonal };
         let field = size_field(unit, curves.as_ref(), &request)?;
         Ok((features, curves.map(|curves| curves.with_sizes(&field)), field))
     }

@@ -94,17 +94,7 @@ impl Refined {
             let problem = format!("the lengths of `refine` need far more than {vertices} vertices");
             return Err(Error::option("refine", problem, "ask for more vertices, or for longer edges"));
         }
-        let mut undivided = None;
-        if let Some(Halved { mesh, origin, halves }) = halved {
-            undivided = Some(topology(&repaired.mesh));
-            let first = repaired.mesh.vertices.len() as u32;
-            let halves = (first, halves);
-            for list in half_edges {
-                *list = parts_of(list, &repaired.mesh, &mesh, &halves);
-            }
-            let origin: Vec<u32> = origin.iter().map(|t| repaired.origin[*t as usize]).collect();
-            (repaired.mesh, repaired.origin) = (mesh, origin);
-        }
+        let undivided = halved.map(|halved| divide(repaired, halved, half_edges));
         let mut place_of = vec![NONE; repaired.mesh.vertices.len()];
         let mut missed = Vec::new();
         let length_of = |place: u32| places.get(place as usize).map_or(f64::INFINITY, |place| place.length);
@@ -214,6 +204,19 @@ impl Refined {
     pub fn is_empty(&self) -> bool {
         self.lengths.is_empty()
     }
+}
+
+/// Divides the mesh, where lists of half-edges become those of their parts; returns its topology before.
+pub(super) fn divide(repaired: &mut Repaired, halved: Halved, half_edges: [&mut Vec<u32>; 2]) -> Topology {
+    let undivided = topology(&repaired.mesh);
+    let Halved { mesh, origin, halves } = halved;
+    let halves = (repaired.mesh.vertices.len() as u32, halves);
+    for list in half_edges {
+        *list = parts_of(list, &repaired.mesh, &mesh, &halves);
+    }
+    repaired.origin = origin.iter().map(|t| repaired.origin[*t as usize]).collect();
+    repaired.mesh = mesh;
+    undivided
 }
 
 /// Whether an edge is twice as long as its size allows.

@@ -12,6 +12,7 @@ use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
 /// Curves, corners and patches over the vertices and triangles of a surface.
+#[derive(Clone)]
 pub struct SurfaceCurves {
     pub(crate) curves: Vec<CurvePath>,
     /// The curves of one edge.
@@ -41,6 +42,7 @@ pub struct SurfaceCurves {
 }
 
 /// One curve from its first vertex to its last.
+#[derive(Clone)]
 pub(crate) struct CurvePath {
     /// A closed curve ends with its first vertex.
     pub vertices: Vec<u32>,
@@ -60,6 +62,7 @@ pub(crate) struct CurvePath {
 
 /// What decides the number of sites on a curve of one edge. Borders of labels may be hundreds of thousands of
 /// such curves, and sites are counted at a thousand spacings.
+#[derive(Clone)]
 pub(crate) struct SingleEdge {
     /// The [measure](CurvePath::measure) of the whole curve.
     pub measure: f64,

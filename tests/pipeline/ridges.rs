@@ -1,53 +1,21 @@
 //! Whole runs of surfaces with ridges that no curve marks.
 
+use crate::support::shapes::filleted_block;
 use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{MeasureDepth, Options, Remeshed, TriMesh, remesh};
+use rtfmesh::{MeasureDepth, Options, Remeshed, Sizing, TriMesh, remesh};
 
 /// Half the sides of the block, without its fillets,
 const HALF: DVec3 = DVec3::new(1.0, 0.7, 0.5);
-/// the radius of these, and the triangles across each half of them.
+/// the radius of these, and the facets across each half of them.
 const RADIUS: f64 = 0.02;
 const ACROSS: u32 = 4;
 
-/// A block with fillets at all edges, which are not sharp: each turns by 90 degrees in eight steps.
-fn filleted_block() -> TriMesh {
-    let coordinates = |half: f64| -> Vec<f64> {
-        let fillet = (0..=ACROSS).map(|k| RADIUS * f64::from(k) / f64::from(ACROSS));
-        let below = fillet.clone().map(|off| -half - RADIUS + off);
-        below.chain([-half / 3.0, half / 3.0]).chain(fillet.map(|off| half + off)).collect()
-    };
-    let mut mesh = TriMesh::default();
-    for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
-        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-        let (along, across) = (coordinates(HALF[u]), coordinates(HALF[v]));
-        let first = mesh.vertices.len() as u32;
-        for x in &along {
-            for y in &across {
-                let mut p = DVec3::ZERO;
-                (p[axis], p[u], p[v]) = (side * (HALF[axis] + RADIUS), *x, *y);
-                let inside = p.clamp(-HALF, HALF);
-                // Rounded, so that sides agree about the vertices that they share.
-                let p = inside + RADIUS * (p - inside).normalize();
-                mesh.vertices.push((p * 1e9).round() / 1e9);
-            }
-        }
-        let columns = across.len() as u32;
-        for i in 0..along.len() as u32 - 1 {
-            for j in 0..columns - 1 {
-                let a = first + i * columns + j;
-                let [b, c, d] = [a + columns, a + columns + 1, a + 1];
-                let pair = if side > 0.0 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
-                mesh.triangles.extend(pair);
-            }
-        }
-    }
-    mesh
-}
-
 fn run(mesh: &TriMesh, feature_angle: f64) -> Remeshed {
     let options = Options::new(400).feature_angle(feature_angle).measures(MeasureDepth::Full);
+    // With shorter edges at the fillets, these would be nearly straight without ridges.
+    let options = options.sizing(Sizing::Uniform);
     let result = remesh(device(), mesh, &options).unwrap();
     assert_valid(device());
     let got = topology(&result.mesh);
@@ -76,7 +44,7 @@ fn off_ridges(mesh: &TriMesh) -> Vec<f64> {
 
 #[test]
 fn fillets_narrower_than_an_edge_are_straight() {
-    let block = filleted_block();
+    let block = filleted_block(HALF, RADIUS, ACROSS);
     // With no features at all, vertices stand on either side of the fillets.
     let [zigzag, straight] = [180.0, 40.0].map(|angle| run(&block, angle));
     let rms = |result: &Remeshed| result.summary.output.distances.unwrap().rms;

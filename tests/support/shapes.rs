@@ -241,3 +241,39 @@ pub fn studs(across: u32, width: f64, height: f64) -> TriMesh {
     }
     TriMesh { vertices, triangles }
 }
+
+/// A block with fillets at all edges: `half` its sides without them, their radius, and the facets across each
+/// half of one.
+pub fn filleted_block(half: DVec3, radius: f64, across: u32) -> TriMesh {
+    let coordinates = |half: f64| -> Vec<f64> {
+        let fillet = (0..=across).map(|k| radius * f64::from(k) / f64::from(across));
+        let below = fillet.clone().map(|off| -half - radius + off);
+        below.chain([-half / 3.0, half / 3.0]).chain(fillet.map(|off| half + off)).collect()
+    };
+    let mut mesh = TriMesh::default();
+    for (axis, side) in [(0, -1.0), (0, 1.0), (1, -1.0), (1, 1.0), (2, -1.0), (2, 1.0)] {
+        let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
+        let (along, beside) = (coordinates(half[u]), coordinates(half[v]));
+        let first = mesh.vertices.len() as u32;
+        for x in &along {
+            for y in &beside {
+                let mut p = DVec3::ZERO;
+                (p[axis], p[u], p[v]) = (side * (half[axis] + radius), *x, *y);
+                let inside = p.clamp(-half, half);
+                // Rounded, so that sides agree about the vertices that they share.
+                let p = inside + radius * (p - inside).normalize();
+                mesh.vertices.push((p * 1e9).round() / 1e9);
+            }
+        }
+        let columns = beside.len() as u32;
+        for i in 0..along.len() as u32 - 1 {
+            for j in 0..columns - 1 {
+                let a = first + i * columns + j;
+                let [b, c, d] = [a + columns, a + columns + 1, a + 1];
+                let pair = if side > 0.0 { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] };
+                mesh.triangles.extend(pair);
+            }
+        }
+    }
+    mesh
+}

@@ -35,6 +35,7 @@ pub(crate) fn sizes(
         min_edge: plan.min_edge,
         vertices: plan.vertices,
         sizing: &plan.sizing,
+        has_bends: false,
         given: &given,
         fixed: &[],
         floors: &[],

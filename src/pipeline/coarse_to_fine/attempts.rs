@@ -4,7 +4,8 @@
 use super::levels::enough;
 use super::shared::CoarseToFine;
 use super::surface_model::{ModelRequest, SurfaceModel};
-use crate::options::{Options, Shortage};
+use crate::mesh::sizing::SizeField;
+use crate::options::{Options, Shortage, Sizing};
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::outcome::{FaultKind, Outcome};
@@ -201,7 +202,11 @@ impl Attempts<'_> {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.context.plan.vertices)?,
             Shortage::Refuse | Shortage::BestEffort => (model, self.context.plan.vertices),
         };
-        let sizes = model.sizes.clone();
+        // Local operations come closer to the surface with equal edges.
+        let sizes = match self.context.plan.sizing {
+            Sizing::Automatic => SizeField::default(),
+            _ => model.sizes.clone(),
+        };
         let fallback = Fallback { context: self.context, sizes: &sizes };
         let features = model.features;
         let whole = |runner: &mut Runner| {

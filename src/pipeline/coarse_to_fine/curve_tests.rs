@@ -38,6 +38,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         vertices: count,
         coarsest: count,
         sizing: Sizing::Uniform,
+        bends: None,
         min_edge: None,
         curves: UserCurves::default(),
         pinned: Default::default(),

@@ -155,7 +155,9 @@ impl CoarseToFine<'_> {
             None => polish_beside(mesh, held, target, &options, progress),
         })?;
         if !held.is_empty() {
-            reporting.progress.during(|progress| line_up(mesh, held, target, progress))?;
+            reporting
+                .progress
+                .during(|progress| line_up(mesh, held, (target, &self.model.sizes), progress))?;
         }
         Ok(on_device)
     }

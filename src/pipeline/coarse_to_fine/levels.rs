@@ -116,6 +116,11 @@ pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     high
 }
 
+/// Whether `count` leaves enough sites besides those on curves.
+pub(crate) fn leaves_enough(curves: &SurfaceCurves, area: f64, count: usize) -> bool {
+    fits(&even(curves, area, count))
+}
+
 fn fits(plan: &LevelPlan) -> bool {
     plan.interior as f64 >= (1.0 - MOST_ON_CURVES) * plan.sites as f64
 }

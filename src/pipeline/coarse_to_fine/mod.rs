@@ -3,6 +3,7 @@
 //! six neighbours each.
 
 pub(crate) mod attempts;
+mod bend_lengths;
 mod closer_shape;
 mod coarser_features;
 mod connect;

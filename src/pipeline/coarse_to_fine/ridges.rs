@@ -6,6 +6,7 @@ use super::score::Score;
 use super::shared::CoarseToFine;
 use crate::mesh::distance::rms_distance;
 use crate::mesh::half_edges::EdgeTable;
+use crate::options::Sizing;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::FaultKind;
 use crate::polish::{FEW_ROUNDS, PulledSite, pull_sites};
@@ -60,9 +61,9 @@ impl CoarseToFine<'_> {
         spacing: f64,
         reporting: &mut Reporting,
     ) -> Result<Option<LevelMesh>> {
-        let (fixed, target) = (level.fixed(), &self.model.target);
+        let (fixed, on_surface) = (level.fixed(), (&self.model.target, &self.model.sizes));
         let pulled =
-            reporting.progress.during(|progress| pull_sites(&level.mesh, &fixed, target, progress))?;
+            reporting.progress.during(|progress| pull_sites(&level.mesh, &fixed, on_surface, progress))?;
         let sites = self.on_surface(level, &pulled, spacing);
         let near = near_sites(self.context.device, &sites.positions)?;
         let (before, on_curves) = (sites.positions.clone(), level.on_curves.clone());
@@ -79,13 +80,13 @@ impl CoarseToFine<'_> {
         Ok(Some(LevelMesh { flags: level.flags, ..connected }).filter(|connected| connected.is_sound))
     }
 
-    /// Whether the sites of a level may be pulled: for edges of equal length, with polish and fit, on a
+    /// Whether the sites of a level may be pulled: where no lengths are asked for, with polish and fit, on a
     /// surface whose sharp edges are to be kept.
     fn may_pull(&self, level: &LevelMesh) -> bool {
         let method = &self.context.options.coarse_to_fine;
         level.is_sound
             && level.sites.len() <= MOST_VERTICES
-            && self.model.sizes.is_uniform()
+            && (self.model.sizes.is_uniform() || self.context.plan.sizing == Sizing::Automatic)
             && self.context.deviation.is_none()
             && method.fit
             && method.polish_rounds > FEW_ROUNDS

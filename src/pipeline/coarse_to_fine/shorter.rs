@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use super::attempts::Runner;
-use super::surface_model::ModelRequest;
+use super::surface_model::{ModelRequest, surface_vertices};
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::quality::extreme_angles;
 use crate::mesh::sizing::{SizeField, vertices_with};
@@ -16,6 +16,7 @@ use crate::options::{CoarseToFineOptions, Sizing};
 use crate::pipeline::missing::far_vertices;
 use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::ShorterEdges;
+use crate::pipeline::run_context::RunContext;
 use crate::{Error, Result, TriMesh};
 
 /// A place of the surface farther from the mesh than this many edge lengths is left out.
@@ -54,13 +55,14 @@ impl Runner<'_, '_> {
         if !is_open || !is_sound(&first) || farthest(&first) <= LEFT_OUT * length {
             return Ok(first);
         }
-        let mut values = vec![1.0; self.shared.context.mesh.vertices.len()];
         let mut places: Vec<DVec3> = Vec::new();
         let mut left_out = self.left_out(&surface, &first, length)?;
         let (mut standing, mut best) = (self.standing(&first), first);
         if standing.small as f64 > TOO_MANY_SMALL * standing.faces as f64 {
             return Ok(best);
         }
+        let usual = self.usual_lengths(vertices)?;
+        let mut values = usual.clone();
         for _ in 0..ATTEMPTS {
             let is_over = standing.farthest <= LEFT_OUT * length || self.progress.leave_out();
             if is_over || !self.shorten(&mut values, &left_out, length) {
@@ -71,7 +73,7 @@ impl Runner<'_, '_> {
             let plan = self.shared.context.plan;
             let request = ModelRequest { vertices, sizing, refined: &[], ..ModelRequest::of(plan) };
             let model = self.model(&request)?;
-            let share = share_for_shorter_edges(&surface, &model.sizes);
+            let share = self.share_for_shorter_edges(&usual, &model.sizes);
             if share > MOST_VERTICES {
                 break;
             }
@@ -92,6 +94,24 @@ impl Runner<'_, '_> {
             }
         }
         Ok(Outcome { attempts: self.attempts, ..best })
+    }
+
+    /// The relative edge lengths of a first attempt, at the vertices of the run's mesh.
+    fn usual_lengths(&mut self, vertices: usize) -> Result<Vec<f64>> {
+        let sizes = self.model_for(vertices)?.sizes;
+        let RunContext { surface, mesh, .. } = self.shared.context;
+        Ok(surface_vertices(surface, mesh).into_iter().map(|v| sizes.at_vertex(v)).collect())
+    }
+
+    /// The share of the vertices that edges of these lengths need beyond those as long as `usual`, at the
+    /// vertices of the run's mesh, wherever they are not shorter.
+    fn share_for_shorter_edges(&self, usual: &[f64], sizes: &SizeField) -> f64 {
+        let RunContext { surface, mesh, .. } = self.shared.context;
+        let on_surface = surface_vertices(surface, mesh);
+        let lengths: Vec<f64> = on_surface.iter().map(|v| sizes.at_vertex(*v)).collect();
+        let scale = lengths.iter().zip(usual).map(|(length, usual)| length / usual).fold(0.0, f64::max);
+        let usual: Vec<f64> = usual.iter().map(|length| scale * length).collect();
+        1.0 - vertices_with(mesh, &usual) / vertices_with(mesh, &lengths)
     }
 
     /// The surface's vertices that are far from the mesh, the farthest first.
@@ -141,13 +161,6 @@ impl Runner<'_, '_> {
             vertices: (share * self.shared.context.plan.vertices as f64).round() as usize,
         }
     }
-}
-
-/// The share of the vertices that edges of these lengths need beyond edges that all have the largest.
-fn share_for_shorter_edges(surface: &TriMesh, sizes: &SizeField) -> f64 {
-    let lengths: Vec<f64> = (0..surface.vertices.len() as u32).map(|v| sizes.at_vertex(v)).collect();
-    let [_, largest] = sizes.range();
-    1.0 - vertices_with(surface, &vec![largest; lengths.len()]) / vertices_with(surface, &lengths)
 }
 
 /// What attempts are compared by.

@@ -1,5 +1,7 @@
 //! The size field over the surface, from the options.
 
+use super::bend_lengths::lengths_at_bends;
+use super::levels::leaves_enough;
 use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::{Bounds, Graded, SizeField, along_curve, curvature, graded};
 use crate::mesh::spacing;
@@ -34,6 +36,8 @@ pub(crate) struct SizeRequest<'a> {
     pub min_edge: Option<Length>,
     pub vertices: usize,
     pub sizing: &'a Sizing,
+    /// Whether edges are to be shorter at bends.
+    pub has_bends: bool,
     /// Sizes at the vertices of the surface, for [`Sizing::Given`].
     pub given: &'a [f64],
     /// Lengths at the vertices of the surface that stay, infinite elsewhere; empty if there are none.
@@ -54,12 +58,20 @@ pub(crate) fn size_field(
     curves: Option<&SurfaceCurves>,
     request: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeRequest { options, min_edge, vertices, sizing, given, fixed, floors, diagonal } = *request;
+    let SizeRequest { options, min_edge, vertices, sizing, has_bends, given, fixed, floors, diagonal } =
+        *request;
     let max_edge = options.coarse_to_fine.max_edge;
+    let spacing = spacing(surface.area(), vertices);
+    if *sizing == Sizing::Automatic && has_bends {
+        let field = lengths_at_bends(surface, &largest_curvatures(surface, curves, spacing), spacing);
+        let has_room = |curves: &SurfaceCurves| {
+            leaves_enough(&curves.clone().with_sizes(&field), surface.area(), vertices)
+        };
+        return Ok(if curves.is_none_or(has_room) { field } else { SizeField::default() });
+    }
     if sizing.is_even() && fixed.is_empty() {
         return Ok(SizeField::default());
     }
-    let spacing = spacing(surface.area(), vertices);
     let curvatures = largest_curvatures(surface, curves, spacing);
     let desired = match sizing {
         Sizing::Curvature { gradation } => {

@@ -90,8 +90,18 @@ impl SurfaceModel {
         let [fixed, floors] = [refined, &plan.refined.least].map(by_surface);
         let sizes = |curves: Option<&SurfaceCurves>| {
             let (min_edge, given, diagonal) = (plan.min_edge, given.as_slice(), frame.scale);
-            let (fixed, floors) = (fixed.as_slice(), floors.as_slice());
-            let request = SizeRequest { options, min_edge, vertices, sizing, given, fixed, floors, diagonal };
+            let (fixed, floors, has_bends) = (fixed.as_slice(), floors.as_slice(), plan.bends.is_some());
+            let request = SizeRequest {
+                options,
+                min_edge,
+                vertices,
+                sizing,
+                has_bends,
+                given,
+                fixed,
+                floors,
+                diagonal,
+            };
             let (mesh, spacing) = (surface.mesh(), spacing(surface.area(), vertices));
             let field = size_field(&mesh, curves, &request)?;
             let at_points = curves.map_or_else(Vec::new, |curves| shorter_at_points(curves, spacing));

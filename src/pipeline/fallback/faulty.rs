@@ -81,7 +81,11 @@ impl Fallback<'_> {
     pub fn has_usual_slivers(&self, outcome: &Outcome) -> bool {
         let Some(Fault { kind: FaultKind::Slivers(count), .. }) = outcome.fault else { return false };
         let are_few = count as f64 <= FEW_SLIVERS * outcome.mesh.triangles.len() as f64;
-        are_few && quality(self.context.mesh).is_some_and(|quality| quality.min_angle <= 2.0 * SLIVER)
+        let smallest = match self.context.plan.bends {
+            Some(bends) => Some(bends.smallest_angle),
+            None => quality(self.context.mesh).map(|quality| quality.min_angle),
+        };
+        are_few && smallest.is_some_and(|smallest| smallest <= 2.0 * SLIVER)
     }
 
     /// Number of components.

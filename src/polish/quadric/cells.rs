@@ -10,6 +10,7 @@ use crate::mesh::csr::Csr;
 use crate::mesh::half_edges::twins;
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::sampling::PLANE_SEQUENCE;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::surface_tree::SurfaceTree;
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::Target;
@@ -33,14 +34,14 @@ const SAME_SHEET: f64 = -0.2;
 struct Sample {
     at: DVec3,
     normal: DVec3,
+    /// The area that it stands for, times the density of the energy there.
+    weight: f64,
 }
 
 /// Samples, each with the site in whose cell it is.
 pub(super) struct Cells {
     samples: Vec<Sample>,
     site: Vec<u32>,
-    /// Of the surface around each sample.
-    area: f64,
     /// The sites near each site.
     near: Vec<[u32; NEAR]>,
     /// How many times the samples have walked.
@@ -49,8 +50,8 @@ pub(super) struct Cells {
 
 impl Cells {
     /// Samples of the whole surface, in the cells of the vertices of a mesh on it.
-    pub fn new(mesh: &TriMesh, target: &Target) -> Self {
-        let (samples, area) = even_samples(target, SAMPLES * mesh.vertices.len());
+    pub fn new(mesh: &TriMesh, (target, sizes): (&Target, &SizeField)) -> Self {
+        let samples = samples(target, sizes, SAMPLES * mesh.vertices.len());
         let tree = SurfaceTree::new(mesh, &twins(&mesh.triangles));
         let nearest_corner = |sample: &Sample, rank: &mut usize| {
             let is_facing = |t: u32| doubled_normal(mesh.corners(t as usize)).dot(sample.normal) > 0.0;
@@ -64,7 +65,7 @@ impl Cells {
             chunk.iter().map(|sample| nearest_corner(sample, &mut rank).unwrap_or(NONE)).collect::<Vec<u32>>()
         };
         let site = samples.par_chunks(CHUNK).flat_map_iter(of_chunk).collect();
-        Self { samples, site, area, near: Vec::new(), rounds: 0 }
+        Self { samples, site, near: Vec::new(), rounds: 0 }
     }
 
     /// Walks from the site of each sample to nearer ones; `normals` are the mean normals of the cells.
@@ -105,8 +106,8 @@ impl Cells {
             .map(|v| {
                 let mut quadric = CellQuadric::ZERO;
                 for s in of.of(v) {
-                    let Sample { at, normal } = self.samples[*s as usize];
-                    quadric.add(at - sites[v as usize], normal, self.area);
+                    let Sample { at, normal, weight } = self.samples[*s as usize];
+                    quadric.add(at - sites[v as usize], normal, weight);
                 }
                 quadric
             })
@@ -128,25 +129,32 @@ fn near_sites(sites: &[DVec3], normals: &[DVec3]) -> Vec<[u32; NEAR]> {
     (0..sites.len()).into_par_iter().with_min_len(64).map_init(Vec::new, of_site).collect()
 }
 
-/// About `count` samples, spread over the surface by area, and the area that each stands for.
-fn even_samples(target: &Target, count: usize) -> (Vec<Sample>, f64) {
+/// About `count` samples, spread over the surface so that cells of the lengths in `sizes` have as many each.
+///
+/// Cells are as large as these lengths say if the energy has a density of 1 / length⁴ (Du, Faber and
+/// Gunzburger 1999, for two dimensions).
+fn samples(target: &Target, sizes: &SizeField, count: usize) -> Vec<Sample> {
     let bvh = target.bvh();
-    let corners: Vec<[DVec3; 3]> =
-        (0..bvh.leaf_order().len()).filter_map(|rank| bvh.corners_at(rank)).collect();
-    let total: f64 = corners.iter().map(|corners| doubled_normal(*corners).length()).sum();
-    let each = total / count as f64;
+    let triangles: Vec<(u32, [DVec3; 3])> = (0..)
+        .zip(bvh.leaf_order())
+        .filter_map(|(rank, t): (usize, &u32)| bvh.corners_at(rank).map(|corners| (*t, corners)))
+        .collect();
+    let share =
+        |(t, corners): &(u32, [DVec3; 3])| doubled_normal(*corners).length() * sizes.density(*t as usize);
+    let each = triangles.iter().map(share).sum::<f64>() / count as f64;
     let (mut samples, mut sum, mut number) = (Vec::with_capacity(count), 0.0, 0_usize);
-    for [a, b, c] in corners {
+    for (t, [a, b, c]) in triangles {
         let normal = doubled_normal([a, b, c]);
-        sum += normal.length();
+        sum += share(&(t, [a, b, c]));
         while (number as f64 + 0.5) * each < sum {
             let [across, along] = PLANE_SEQUENCE.map(|step| (number as f64 * step).fract());
             let at = a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt();
-            samples.push(Sample { at, normal: normal.normalize_or_zero() });
+            let weight = 0.5 * each / sizes.at(at, t).powi(2);
+            samples.push(Sample { at, normal: normal.normalize_or_zero(), weight });
             number += 1;
         }
     }
-    (samples, 0.5 * each)
+    samples
 }
 
 #[cfg(test)]
@@ -158,7 +166,7 @@ mod tests {
     fn samples_are_in_the_cell_of_the_nearest_site() {
         let mesh = sample("bumpy-sphere").unwrap_or_default();
         let target = Target::new(&mesh);
-        let mut cells = Cells::new(&mesh, &target);
+        let mut cells = Cells::new(&mesh, (&target, &SizeField::default()));
         let area: f64 = cells.quadrics(&mesh.vertices).iter().map(|quadric| quadric.area).sum();
         assert!((area / mesh.area() - 1.0).abs() < 1e-3, "{area}");
         // Moved sites get other samples.

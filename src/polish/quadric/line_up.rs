@@ -8,6 +8,7 @@ use super::flips::flip_edges;
 use super::{CellQuadric, WEIGHT};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
+use crate::mesh::sizing::SizeField;
 use crate::polish::locked::Locked;
 use crate::polish::relax::{CHUNK, undo_bad_moves, vertex_normal};
 use crate::polish::{ConstrainedMesh, Target, WORST_PASSES, is_fixed, turn_cosine, worst};
@@ -28,10 +29,10 @@ const FLAT: f64 = 0.95;
 pub(crate) fn line_up(
     constrained: &mut ConstrainedMesh,
     held: &[bool],
-    target: &Target,
+    (target, sizes): (&Target, &SizeField),
     progress: &ProgressToken,
 ) -> Result<()> {
-    let mut cells = Cells::new(&constrained.mesh, target);
+    let mut cells = Cells::new(&constrained.mesh, (target, sizes));
     let mut half_edges = constrained.take_half_edges();
     let done = line_up_half_edges(&mut half_edges, (constrained, held), (target, &mut cells), progress);
     constrained.keep_half_edges(half_edges);

@@ -24,6 +24,7 @@ pub(crate) use line_up::line_up;
 use glam::DVec3;
 
 use super::Target;
+use crate::mesh::sizing::SizeField;
 use crate::{ProgressToken, Result, TriMesh};
 use cell_quadric::CellQuadric;
 use cells::Cells;
@@ -49,19 +50,19 @@ pub(crate) struct PulledSite {
     pub is_on_ridge: bool,
 }
 
-/// Relaxes the vertices of a mesh, other than the `fixed` ones, as sites with the normals' term. The mesh
-/// only tells which vertex is near each place of the surface at first.
+/// Relaxes the vertices of a mesh, other than the `fixed` ones, as sites with the normals' term, in cells as
+/// large as `sizes` say. The mesh only tells which vertex is near each place of the surface at first.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(crate) fn pull_sites(
     mesh: &TriMesh,
     fixed: &[bool],
-    target: &Target,
+    (target, sizes): (&Target, &SizeField),
     progress: &ProgressToken,
 ) -> Result<Vec<PulledSite>> {
     let mut sites = mesh.vertices.clone();
-    let mut cells = Cells::new(mesh, target);
+    let mut cells = Cells::new(mesh, (target, sizes));
     let mut quadrics = cells.quadrics(&sites);
     let is_fixed = |v: usize| fixed.get(v).copied().unwrap_or(false);
     for round in 0..ROUNDS {
