@@ -150,7 +150,7 @@ mod tests {
             let mut repaired = repair(&mesh).unwrap();
             let before = repaired.mesh.clone();
             let half_edges = ([&mut Vec::new(), &mut Vec::new()], &WholeEdges::default());
-            let found = find_bends(&before, 40, &progress).unwrap();
+            let found = find_bends(&before, 400, &progress).unwrap();
             assert_eq!(found.is_some(), is_divided);
             let topology = divide_planes(&mut repaired, 40, half_edges, &progress).unwrap();
             assert_eq!(topology.map(|topology| topology.vertices), is_divided.then_some(14));
