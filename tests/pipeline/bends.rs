@@ -31,10 +31,10 @@ fn fillets_hardly_wider_than_an_edge_get_shorter_ones() {
         |result: &Remeshed| (result.summary.output.distances.unwrap().rms, result.summary.output.quality);
     let ((before, _), (after, quality)) = (of(&even), of(&shorter));
     assert!(after < 0.8 * before, "RMS {after} instead of {before}");
-    assert!(quality.min_angle > 25.0 && quality.mean_quality > 0.88, "{quality:?}");
+    assert!(quality.min_angle > 28.0 && quality.mean_quality > 0.92, "{quality:?}");
     assert_eq!(even.summary.edge_lengths, None);
     let [least, largest] = shorter.summary.edge_lengths.unwrap();
-    assert!((0.55..0.9).contains(&(least / largest)), "{least} to {largest}");
+    assert!((0.75..0.85).contains(&(least / largest)), "{least} to {largest}");
     // On fillets and in planes.
     let (mut bent, mut flat) = ((0.0, 0), (0.0, 0));
     for corners in &shorter.mesh.triangles {
@@ -45,7 +45,7 @@ fn fillets_hardly_wider_than_an_edge_get_shorter_ones() {
         *sum = (sum.0 + a.distance(b) + b.distance(c) + c.distance(a), sum.1 + 3);
     }
     let [bent, flat] = [bent, flat].map(|(sum, count)| sum / f64::from(count));
-    assert!(bent < 0.93 * flat, "{bent} on fillets, {flat} in planes");
+    assert!(bent < 0.9 * flat, "{bent} on fillets, {flat} in planes");
 }
 
 #[test]
