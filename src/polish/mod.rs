@@ -14,6 +14,8 @@ mod outliers;
 mod quadric;
 mod relax;
 mod slide;
+mod smooth;
+mod star;
 mod target;
 mod worst;
 
@@ -38,7 +40,8 @@ pub(crate) use flip::{angle_gain, keeps_shape};
 use locked::Locked;
 pub(crate) use quadric::{PulledSite, add_ridges, line_up, pull_sites};
 pub(crate) use relax::folds_or_flattens;
-use slide::SlidingCurves;
+use slide::{Aim, SlidingCurves};
+pub(crate) use smooth::smooth;
 
 /// Rounds of [`polish`] that are left when a run finishes early.
 pub(crate) const FEW_ROUNDS: u32 = 4;
@@ -153,10 +156,10 @@ fn polish_half_edges(
         let valence_weight = if late { 0.0 } else { options.valence_weight };
         polished.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
         polished.taken_back += relax::relax(half_edges, points, ranks, (&fixed, lengths), target);
-        sliding_curves.slide(&half_edges.triangles, points, lengths, false);
+        sliding_curves.slide(&half_edges.triangles, points, lengths, Aim::Even);
     }
     if rounds > 0 {
-        sliding_curves.slide(&half_edges.triangles, points, lengths, true);
+        sliding_curves.slide(&half_edges.triangles, points, lengths, Aim::Worst);
         if !curve_edges.is_empty() {
             polished.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
         }

@@ -3,6 +3,8 @@
 use glam::DVec3;
 
 use super::relax::folds_or_flattens;
+use super::star::Star;
+use super::target::Target;
 use super::worst::score;
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
@@ -20,6 +22,18 @@ const TRIALS: [f64; 6] = [0.08, -0.08, 0.04, -0.04, 0.02, -0.02];
 const MAX_DEVIATION: f64 = 0.01;
 /// Minimum gain of a move for the worst triangle, in its score.
 const MIN_GAIN: f64 = 1e-4;
+
+/// Where vertices slide to.
+#[derive(Clone, Copy)]
+pub(super) enum Aim<'a> {
+    /// Towards the mean of their neighbours.
+    Even,
+    /// To where the lowest score of their triangles is highest.
+    Worst,
+    /// To where the mean quality of their triangles is highest, without another loss, and these are no
+    /// farther from the surface. Angles with at most this cosine may become smaller.
+    Mean(&'a Target, f64),
+}
 
 /// A curve and the vertices that may slide along it.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,14 +73,13 @@ impl SlidingCurves {
         stars
     }
 
-    /// Moves every slider once: towards the mean of its neighbours, or, if `lift`, to where the lowest score
-    /// of its triangles is highest.
+    /// Moves every slider once.
     pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],
         points: &mut [DVec3],
         lengths: &[f64],
-        lift: bool,
+        aim: Aim<'_>,
     ) {
         if self.curves.is_empty() {
             return;
@@ -77,55 +90,104 @@ impl SlidingCurves {
             for k in 0..sliders.len() {
                 let Some(star) = star.next() else { return };
                 let (v, arc_length) = sliders[k];
-                let [before, after] = beside(line, sliders, k);
-                let gap = after - before;
-                let bounded =
-                    |arc_length: f64| arc_length.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
-                let new = if lift {
-                    let worst = |p: DVec3| {
-                        star.iter().map(|t| score(corners_with(*t, points, v, p))).fold(1.0, f64::min)
-                    };
-                    let mut best = (worst(points[v as usize]) + MIN_GAIN, arc_length);
-                    for step in TRIALS {
-                        let trial = bounded(arc_length + step * gap);
-                        let reached = worst(line.at(trial).0);
-                        if reached > best.0 {
-                            best = (reached, trial);
-                        }
-                    }
-                    best.1
-                } else {
-                    let others = star.iter().flatten().filter(|w| **w != v);
-                    // As in the relaxation of other vertices.
-                    let weighted = others.map(|w| {
-                        let weight = lengths
-                            .get(v as usize)
-                            .map_or(1.0, |here| 2.0 * here / (here + lengths[*w as usize]));
-                        (weight, weight * points[*w as usize])
-                    });
-                    let (weights, sum) =
-                        weighted.fold((0.0, DVec3::ZERO), |(w, s), (weight, p)| (w + weight, s + p));
-                    let mean = sum / f64::max(weights, f64::MIN_POSITIVE);
-                    let (here, direction) = line.at(arc_length);
-                    bounded(arc_length + STRIDE * (mean - here).dot(direction))
-                };
-                let to = line.at(new).0;
-                let folds = star.iter().any(|t| {
-                    let old = t.map(|w| points[w as usize]);
-                    folds_or_flattens(old, corners_with(*t, points, v, to), doubled_normal(old))
-                });
-                let cuts_off = || {
-                    let deviation = |arc_length: f64| {
-                        line.deviation(before, arc_length).max(line.deviation(arc_length, after))
-                    };
-                    deviation(new) > (MAX_DEVIATION * gap).max(deviation(arc_length))
-                };
-                if new != arc_length && !folds && !cuts_off() {
+                let slider = Slider { v, arc_length, beside: beside(line, sliders, k), line, star, points };
+                if let Some((arc_length, to)) = slider.moved(lengths, aim) {
                     points[v as usize] = to;
-                    sliders[k].1 = new;
+                    sliders[k].1 = arc_length;
                 }
             }
         }
+    }
+}
+
+/// A vertex on a curve.
+struct Slider<'a> {
+    v: u32,
+    arc_length: f64,
+    /// Arc lengths of the vertices before and after it.
+    beside: [f64; 2],
+    line: &'a Polyline,
+    /// The triangles around it.
+    star: &'a [[u32; 3]],
+    points: &'a [DVec3],
+}
+
+impl Slider<'_> {
+    /// The arc length and position that it moves to, if it moves.
+    fn moved(&self, lengths: &[f64], aim: Aim<'_>) -> Option<(f64, DVec3)> {
+        let new = match aim {
+            Aim::Even => self.towards_mean(lengths),
+            Aim::Worst => self.best_trial(|p| self.worst(p)),
+            Aim::Mean(target, most_cosine) => {
+                let here = self.points[self.v as usize];
+                let edges = self.star.iter().map(|t| opposite(*t, self.v).map(|w| self.points[w as usize]));
+                let star = Star::new(edges, here, most_cosine);
+                let new = self.best_trial(|p| star.quality_at(p).unwrap_or(f64::NEG_INFINITY));
+                if star.is_farther([here, self.line.at(new).0], |p| Some(target.nearest(p)?.0)) {
+                    return None;
+                }
+                new
+            }
+        };
+        let to = self.line.at(new).0;
+        let moves = new != self.arc_length && !self.folds(to) && !self.cuts_off(new);
+        moves.then_some((new, to))
+    }
+
+    /// Keeps an arc length from the vertices before and after.
+    fn bounded(&self, arc_length: f64) -> f64 {
+        let [before, after] = self.beside;
+        let gap = after - before;
+        arc_length.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap)
+    }
+
+    /// The arc length of the trial with the highest value, or the present one.
+    fn best_trial(&self, value: impl Fn(DVec3) -> f64) -> f64 {
+        let gap = self.beside[1] - self.beside[0];
+        let mut best = (value(self.points[self.v as usize]) + MIN_GAIN, self.arc_length);
+        for step in TRIALS {
+            let trial = self.bounded(self.arc_length + step * gap);
+            let reached = value(self.line.at(trial).0);
+            if reached > best.0 {
+                best = (reached, trial);
+            }
+        }
+        best.1
+    }
+
+    /// The lowest score of the triangles with the vertex at `p`.
+    fn worst(&self, p: DVec3) -> f64 {
+        self.star.iter().map(|t| score(corners_with(*t, self.points, self.v, p))).fold(1.0, f64::min)
+    }
+
+    /// Weighted as in the relaxation of other vertices.
+    fn towards_mean(&self, lengths: &[f64]) -> f64 {
+        let others = self.star.iter().flatten().filter(|w| **w != self.v);
+        let weighted = others.map(|w| {
+            let weight =
+                lengths.get(self.v as usize).map_or(1.0, |here| 2.0 * here / (here + lengths[*w as usize]));
+            (weight, weight * self.points[*w as usize])
+        });
+        let (weights, sum) = weighted.fold((0.0, DVec3::ZERO), |(w, s), (weight, p)| (w + weight, s + p));
+        let mean = sum / f64::max(weights, f64::MIN_POSITIVE);
+        let (here, direction) = self.line.at(self.arc_length);
+        self.bounded(self.arc_length + STRIDE * (mean - here).dot(direction))
+    }
+
+    fn folds(&self, to: DVec3) -> bool {
+        self.star.iter().any(|t| {
+            let old = t.map(|w| self.points[w as usize]);
+            folds_or_flattens(old, corners_with(*t, self.points, self.v, to), doubled_normal(old))
+        })
+    }
+
+    /// Whether the chords to the vertices before and after would leave the curve.
+    fn cuts_off(&self, new: f64) -> bool {
+        let [before, after] = self.beside;
+        let deviation = |arc_length: f64| {
+            self.line.deviation(before, arc_length).max(self.line.deviation(arc_length, after))
+        };
+        deviation(new) > (MAX_DEVIATION * (after - before)).max(deviation(self.arc_length))
     }
 }
 
@@ -141,6 +203,17 @@ fn beside(line: &Polyline, sliders: &[(u32, f64)], k: usize) -> [f64; 2] {
         k.checked_sub(1).map_or(first, |before| sliders[before].1),
         sliders.get(k + 1).map_or(last, |(_, after)| *after),
     ]
+}
+
+/// The other corners of a triangle, behind `v` and before it.
+fn opposite([a, b, c]: [u32; 3], v: u32) -> [u32; 2] {
+    if v == a {
+        [b, c]
+    } else if v == b {
+        [c, a]
+    } else {
+        [a, b]
+    }
 }
 
 /// The corners of a triangle if `v` were at `p`.

@@ -1,4 +1,4 @@
-//! Small angles of the last level's mesh mended by local edits.
+//! Small angles of the last level's mesh mended by local edits, then the others made more even.
 
 use super::improve::{Improved, Reporting};
 use super::level_mesh::LevelMesh;
@@ -6,9 +6,12 @@ use super::shared::CoarseToFine;
 use crate::local::{MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
 use crate::mesh::submesh::used_vertices;
-use crate::polish::ConstrainedMesh;
+use crate::polish::{ConstrainedMesh, smooth};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::{Phase, ProgressToken, Result, TriMesh};
+
+/// Meshes with more vertices are not smoothed, since one thread does it.
+const MOST_SMOOTHED: usize = 50_000;
 
 impl CoarseToFine<'_> {
     /// Mends small angles, unless more faces then intersect in the input's units where none of the input do:
@@ -36,6 +39,30 @@ impl CoarseToFine<'_> {
             } else {
                 self.renew_sites(&mut now.level, &now.mesh.mesh, &mended.origins);
                 now.mended = Some(mended);
+            }
+            Ok(())
+        })
+    }
+
+    /// Raises the mean quality of the triangles between curves, unless more faces then intersect than
+    /// `intersecting`, as for [`CoarseToFine::mend`].
+    pub(super) fn smooth(
+        &self,
+        now: &mut Improved,
+        intersecting: usize,
+        reporting: &mut Reporting,
+    ) -> Result<()> {
+        let mesh = &now.mesh;
+        let is_smooth = mesh.curve_edges.is_empty() || mesh.mesh.vertices.len() > MOST_SMOOTHED;
+        let has_polish = self.context.options.coarse_to_fine.polish_rounds > 0;
+        if is_smooth || !has_polish || self.context.deviation.is_some() {
+            return Ok(());
+        }
+        reporting.progress.during(|progress| {
+            let (before, count) = (now.mesh.clone(), now.intersecting_faces);
+            smooth(&mut now.mesh, &self.model.target, progress)?;
+            if self.new_intersections(now, None, progress)?.len() > intersecting {
+                (now.mesh, now.intersecting_faces) = (before, count);
             }
             Ok(())
         })

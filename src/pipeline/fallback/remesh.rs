@@ -14,7 +14,9 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
-use crate::polish::{ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve};
+use crate::polish::{
+    ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve, smooth,
+};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -358,7 +360,7 @@ pub(super) fn polish_component(
     Ok(best.map(|best| ConstrainedMesh { fixed: local.fixed, ..best }))
 }
 
-/// The mesh with its small angles mended, unless more faces then intersect than in the surface.
+/// The mesh with its small angles mended, then smoothed: each unless more faces then intersect.
 fn mend_component(
     mut local: ConstrainedMesh,
     surface: &Topology,
@@ -366,13 +368,22 @@ fn mend_component(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
-    let before = local.mesh.clone();
+    let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
+    let is_worse = |mesh: &TriMesh, before: &TriMesh| -> Result<bool> {
+        Ok(count(mesh)? > count(before)? || !topology(mesh).matches(surface))
+    };
+    let before = local.clone();
     let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing, deviation: None };
     let mended = mend_angles(&mut local, on, &options, progress)?;
-    let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
-    let is_worse = mended.edits > 0
-        && (count(&local.mesh)? > count(&before)? || !topology(&local.mesh).matches(surface));
-    Ok(if is_worse { before } else { local.mesh })
+    if mended.edits > 0 && is_worse(&local.mesh, &before.mesh)? {
+        local = before;
+    }
+    if local.curve_edges.is_empty() || target.polish_rounds == 0 {
+        return Ok(local.mesh);
+    }
+    let before = local.mesh.clone();
+    smooth(&mut local, on, progress)?;
+    Ok(if is_worse(&local.mesh, &before)? { before } else { local.mesh })
 }
 
 /// Fixes the vertices of these faces and [`RINGS`] rings around them.
