@@ -47,5 +47,6 @@ awk '/^```/ { inside = /^```python/; next } inside' README.md >"$work/fresh/read
 # From elsewhere, so that nothing is taken from the sources.
 cd "$work/fresh"
 "$work/user/bin/mypy" --config-file "$root/python/pyproject.toml" -p rtfmesh
+"$work/user/bin/mypy" --config-file "$root/python/pyproject.toml" "$root/python/tests/typed.py"
 "$work/user/bin/pytest" --quiet -c "$root/python/pyproject.toml" --rootdir "$root/python" \
   -o cache_dir="$work/cache" "$root/python/tests"

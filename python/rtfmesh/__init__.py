@@ -22,8 +22,9 @@ from ._follow import follow
 from ._native import __version__
 from ._options import Options, Research
 from ._progress import Progress
-from ._remesh import Remesher, contour, reconstruct, remesh
-from ._result import Cells, Correspondence, Result
+from ._remesh import contour, reconstruct, remesh
+from ._remesher import Remesher
+from ._result import Cells, Correspondence, LocatedResult, Result
 
 add_cpu_driver()
 
@@ -49,6 +50,7 @@ __all__ = [
     "DeviceError",
     "Error",
     "InputError",
+    "LocatedResult",
     "Mesh",
     "MeshWarning",
     "Options",

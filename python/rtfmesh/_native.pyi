@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ._attributes import Given
 from ._figures import Drawing
-from ._remesh import Request
+from ._remesher import Request
 
 __version__: str
 

@@ -2,343 +2,56 @@
 
 from __future__ import annotations
 
-import inspect
-import json
-import os
-import threading
-import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Literal, overload
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from . import _native
-from ._arrays import Vertices, mesh_arrays, real_numbers, short, truth
-from ._attributes import Attributes, Carrier, Given, read_attributes
-from ._errors import DeviceError, InputError, MeshWarning, in_python
+from ._attributes import Attributes
 from ._objects import MeshLike, given_mesh, given_points, with_count
-from ._options import Options
-from ._progress import Callback, Native, shown
-from ._result import Cells, Correspondence, Result
-from ._volume import Volume, grid_of, volume_of
-from ._words import (
-    is_word,
-    label_names,
-    take_features,
-    take_fixed_points,
-    take_kept,
-    take_sizing,
-    word,
-    words,
-)
+from ._progress import Callback
+from ._remesher import Told, on_shared, warned, with_options
+from ._result import LocatedResult, Result
+from ._volume import grid_of, volume_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-
-# What is known of points without faces: normals, whether to close all holes, the size of holes to close, and
-# what the points show.
-Points = tuple["Vertices | None", bool, "str | None", str]
+    from ._options import Options
 
 
-@dataclass
-class Request:
-    """A run as the native module takes it, but for mesh and options."""
-
-    attributes: Given
-    points: Points | None
-    values: tuple[Any, ...] | None
-    sizing: Vertices | None
-    features: NDArray[np.float64] | None
-    fixed_points: NDArray[np.float64] | None
-    keep: NDArray[np.uint32] | None
-    correspondence: tuple[bool, bool]
-    distances: bool
-    cells: bool
-    progress: Native | None
-
-
-class Remesher:
-    """A device with its compiled kernels, for any number of meshes.
-
-    `device` is an index or name as `devices` has them, "cpu" or "gpu"; by default RTFMESH_DEVICE, or the best
-    GPU, or the CPU. `device_memory` is the maximum device memory in MiB. With `timings`, reports contain the
-    time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
-    on its device, or have one each. A forked process opens the device again for itself, or gets a
-    `DeviceError` if the parent has used a GPU's driver.
-
-    Raises `DeviceError` without a usable device.
-    """
-
-    def __init__(
-        self, device: str | int | None = None, *, device_memory: int | None = None, timings: bool = False
-    ) -> None:
-        if device_memory is not None and not (
-            isinstance(device_memory, (int, np.integer)) and 0 < device_memory <= 1 << 30
-        ):
-            raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
-        name = None if device is None else str(device)
-        self._wanted = name, device_memory, truth(timings, "timings")
-        self._open = os.getpid(), _native.Device(*self._wanted)
-
-    @property
-    def _device(self) -> _native.Device:
-        """The device that this process has opened."""
-        process, device = self._open
-        if process != os.getpid():
-            device = _native.Device(*self._wanted)
-            self._open = os.getpid(), device
-        return device
-
-    @property
-    def device(self) -> dict[str, Any]:
-        """The device, as in `devices`."""
-        info: dict[str, Any] = json.loads(self._device.info())
-        return info
-
-    def __enter__(self) -> Remesher:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Does nothing: the device is closed with the last use of the remesher."""
-
-    def __repr__(self) -> str:
-        return f"<rtfmesh.Remesher on {self.device['name']}>"
-
-    def remesh(
-        self,
-        vertices: ArrayLike | MeshLike,
-        faces: ArrayLike | int | str | None = None,
-        n: int | str | None = None,
-        *,
-        attributes: Attributes | Mapping[str, Any] | bool | None = None,
-        correspondence: bool = True,
-        distances: bool = False,
-        cells: bool = False,
-        progress: bool | Callback = False,
-        **options: Unpack[Options],
-    ) -> Result:
-        """As `rtfmesh.remesh`, on this device."""
-        told = Told(correspondence=correspondence, distances=distances, progress=progress, cells=cells)
-        faces, n = with_count(vertices, faces, n)
-        given = given_mesh(vertices, faces, attributes)
-        return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
-
-    def reconstruct(
-        self,
-        points: ArrayLike | MeshLike,
-        n: int | str | None = None,
-        *,
-        normals: ArrayLike | None = None,
-        closed: bool = False,
-        fill_holes: float | str | None = None,
-        points_as: str = "auto",
-        attributes: Attributes | Mapping[str, Any] | bool | None = None,
-        distances: bool = False,
-        progress: bool | Callback = False,
-        **options: Unpack[Options],
-    ) -> Result:
-        """As `rtfmesh.reconstruct`, on this device."""
-        told = Told(correspondence=False, distances=distances, progress=progress)
-        at, normals, given = given_points(points, normals, attributes)
-        known = (normals, closed, fill_holes, points_as)
-        return warned(self._reconstruct(at, n, known, given, told, dict(options)))
-
-    def _reconstruct(
-        self,
-        points: ArrayLike,
-        n: int | str | None,
-        known: tuple[ArrayLike | None, bool, float | str | None, str],
-        attributes: Attributes,
-        told: Told,
-        wanted: dict[str, Any],
-    ) -> Result:
-        normals, closed, fill_holes, points_as = known
-        positions = real_numbers(points, "points", (None, 3))
-        for name in ("features", "keep", "only"):
-            if not is_word(wanted.get(name)):
-                raise InputError(f"`{name}` needs faces, which points do not have; remove it")
-        asked = (
-            None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
-            truth(closed, "closed"),
-            None if fill_holes is None else word("fill_holes", fill_holes),
-            word("points_as", points_as),
-        )
-        faces = np.empty((0, 3), np.uint32)
-        result = self._run(positions, faces, n, attributes, told, wanted, asked)
-        # They would be on a surface that nobody has.
-        return replace(result, correspondence=None, face_correspondence=None)
-
-    def contour(
-        self,
-        values: ArrayLike,
-        n: int | str | None = None,
-        *,
-        iso: float | None = None,
-        labels: bool | int | Sequence[int] = False,
-        inside: str | None = None,
-        spacing: ArrayLike | None = None,
-        origin: ArrayLike | None = None,
-        affine: ArrayLike | None = None,
-        closed: bool = False,
-        keep_specks: bool = False,
-        distances: bool = False,
-        progress: bool | Callback = False,
-        **options: Unpack[Options],
-    ) -> Result:
-        """As `rtfmesh.contour`, on this device."""
-        told = Told(correspondence=False, distances=distances, progress=progress)
-        volume = volume_of(grid_of(values, spacing, origin, affine), iso, labels, inside, closed, keep_specks)
-        return warned(self._contour(volume, n, told, dict(options)))
-
-    def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
-        for name in ("features", "sizing", "fixed_points", "keep", "only"):
-            if not is_word(wanted.get(name)):
-                raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
-        nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
-        result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
-        return replace(result, correspondence=None, face_correspondence=None)
-
-    def _run(
-        self,
-        vertices: ArrayLike,
-        faces: ArrayLike,
-        n: int | str | None,
-        attributes: Attributes,
-        told: Told,
-        wanted: dict[str, Any],
-        points: Points | None = None,
-        volume: Volume | None = None,
-    ) -> Result:
-        positions, triangles = mesh_arrays(vertices, faces)
-        if points is None and volume is None and len(positions) and not len(triangles):
-            raise InputError("`faces` has no faces; rtfmesh.reconstruct makes a surface of points")
-        sizing = take_sizing(wanted, positions)
-        features = take_features(wanted, positions)
-        fixed = take_fixed_points(wanted)
-        kept = take_kept(wanted, len(positions), triangles)
-        function = "contour" if volume else "remesh" if points is None else "reconstruct"
-        line = words(n, wanted, function)
-        values = volume.native() if volume else None
-        keep = label_names(wanted.get("keep_labels"))
-        carrier = Carrier.of(attributes, len(positions), len(triangles), False if volume else keep)
-        with shown(told.progress) as callback:
-            places = (told.correspondence, False)
-            request = Request(
-                carrier.given,
-                points,
-                values,
-                sizing,
-                features,
-                fixed,
-                kept,
-                places,
-                told.distances,
-                told.cells,
-                callback,
-            )
-            done = _native.remesh(self._device, (positions, triangles), line, request)
-        (new_vertices, new_faces), columns, of_vertices, of_faces, text, cells = done
-        found: dict[str, Any] = json.loads(text)
-        # Of files, which there are none of.
-        del found["input_file"], found["output_file"]
-        for told_as in ("warnings", "notes"):
-            found[told_as] = [in_python(text) for text in found[told_as]]
-        of_labels = carrier.labels.warning() if carrier.labels else None
-        if of_labels:
-            found["warnings"].append(of_labels)
-            found["warning_codes"].append("labels")
-        return Result(
-            new_vertices,
-            new_faces,
-            found,
-            Correspondence(*of_vertices) if len(of_vertices[0]) else None,
-            Correspondence(*of_faces) if len(of_faces[0]) else None,
-            # Those of a volume come from the values.
-            read_attributes(columns)
-            if volume
-            else carrier.carried(columns, len(new_vertices), len(new_faces)),
-            None if cells is None else Cells(*cells),
-        )
+@overload
+def remesh(
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | int | str | None = None,
+    n: int | str | None = None,
+    *,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
+    correspondence: Literal[True] = True,
+    distances: bool = False,
+    cells: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
+) -> LocatedResult: ...
 
 
-@dataclass
-class Told:
-    """What a caller is to be told of a run and its result."""
-
-    correspondence: bool
-    distances: bool
-    progress: bool | Callback
-    cells: bool = False
-
-    def __post_init__(self) -> None:
-        self.correspondence = truth(self.correspondence, "correspondence")
-        self.distances = truth(self.distances, "distances")
-        self.cells = truth(self.cells, "cells")
-
-
-def warned(result: Result, stacklevel: int = 3) -> Result:
-    """The result, after its warnings have been shown as those of the line that called this package."""
-    for warning in result.report["warnings"]:
-        warnings.warn(warning, MeshWarning, stacklevel=stacklevel)
-    return result
-
-
-_remeshers: dict[tuple[Any, ...], Remesher] = {}
-_opening = threading.Lock()
-
-
-def _forget_locks() -> None:
-    """Makes a new lock in a forked process, where the thread that held the old one does not exist."""
-    global _opening
-    _opening = threading.Lock()
-
-
-if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_forget_locks)
-
-
-def _remesher(device: str | int | None, device_memory: int | None, timings: bool) -> tuple[Any, Remesher]:
-    """The remesher that calls for this device share: opening one takes longer than a small mesh."""
-    key = (device, device_memory, timings, os.environ.get("RTFMESH_DEVICE"))
-    with _opening:
-        if key not in _remeshers:
-            _remeshers[key] = Remesher(device, device_memory=device_memory, timings=timings)
-        return key, _remeshers[key]
-
-
-def on_device(
-    remesher: Remesher | None,
-    device: str | int | None,
-    device_memory: int | None,
-    told: Told,
-    run: Callable[[Remesher], Result],
-) -> Result:
-    """What `run` gives with a remesher, or with that which calls for this device share."""
-    if remesher is None:
-        return _on_shared(device, device_memory, told.distances, run)
-    for name, given in (("device", device), ("device_memory", device_memory)):
-        if given is not None:
-            raise InputError(f"`{name}` and `remesher` exclude each other; remove one")
-    if not isinstance(remesher, Remesher):
-        raise InputError(f"`remesher` is {short(remesher)}; give a rtfmesh.Remesher")
-    return run(remesher)
-
-
-def _on_shared(
-    device: str | int | None, device_memory: int | None, timings: bool, run: Callable[[Remesher], Result]
-) -> Result:
-    """What `run` gives with the remesher that calls for this device share."""
-    key, remesher = _remesher(device, device_memory, timings)
-    try:
-        return run(remesher)
-    except DeviceError:
-        # It may be lost, and a lost device stays lost.
-        with _opening:
-            _remeshers.pop(key, None)
-        raise
+@overload
+def remesh(
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | int | str | None = None,
+    n: int | str | None = None,
+    *,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
+    correspondence: bool,
+    distances: bool = False,
+    cells: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
+) -> Result: ...
 
 
 def remesh(
@@ -412,7 +125,7 @@ def remesh(
     faces, n = with_count(vertices, faces, n)
     given, wanted = given_mesh(vertices, faces, attributes), dict(options)
     return warned(
-        _on_shared(
+        on_shared(
             device,
             device_memory,
             told.distances,
@@ -490,7 +203,7 @@ def reconstruct(
     at, normals, given = given_points(points, normals, attributes)
     known, wanted = (normals, closed, fill_holes, points_as), dict(options)
     return warned(
-        _on_shared(
+        on_shared(
             device,
             device_memory,
             told.distances,
@@ -575,24 +288,11 @@ def contour(
     grid, wanted = grid_of(values, spacing, origin, affine), dict(options)
     volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
     return warned(
-        _on_shared(
+        on_shared(
             device, device_memory, told.distances, lambda remesher: remesher._contour(volume, n, told, wanted)
         )
     )
 
 
-def _with_options(function: Callable[..., Any]) -> None:
-    """Puts all options into the signature, for `help` and the completion of notebooks."""
-    signature = inspect.signature(function)
-    own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
-    names = {one.name for one in own}
-    options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in Options.__annotations__.items()
-        if name not in names
-    ]
-    function.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
-
-
-for _function in (remesh, reconstruct, contour, Remesher.remesh, Remesher.reconstruct, Remesher.contour):
-    _with_options(_function)
+for _function in (remesh, reconstruct, contour):
+    with_options(_function)

@@ -106,3 +106,11 @@ class Result:
         quality = self.report["output"]["quality"]
         shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"
         return f"<{shape}, quality {quality['mean_quality']:.3f}, angles from {quality['min_angle']:.1f}°>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LocatedResult(Result):
+    """A result with its correspondence, as `remesh` gives it unless `correspondence=False`."""
+
+    correspondence: Correspondence
+    """Where the vertices lie on the input."""

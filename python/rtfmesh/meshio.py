@@ -19,7 +19,7 @@ from ._attributes import Attributes
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, on_device, warned
+from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 
 if TYPE_CHECKING:

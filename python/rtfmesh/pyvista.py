@@ -20,7 +20,7 @@ from ._errors import InputError
 from ._figures import inspect, measure
 from ._objects import MeshLike, Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, on_device, warned
+from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 from ._volume import Grid, grid_of, volume_of

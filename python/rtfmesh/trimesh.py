@@ -20,7 +20,7 @@ from ._attributes import Attributes
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, on_device, warned
+from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 from ._words import label_names

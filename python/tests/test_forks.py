@@ -85,7 +85,7 @@ assert in_fork(child) == 0
 def unused():
     global remesher
     del remesher
-    rtfmesh._remesh._remeshers.clear()
+    rtfmesh._remesher._remeshers.clear()
     print("let go", flush=True)
 
 assert in_fork(unused) == 0

@@ -12,7 +12,7 @@ from typing import Any
 
 from .._errors import DeviceError, Error, InputError, MeshWarning, OutOfMemoryError
 from .._files import read, write
-from .._remesh import Remesher
+from .._remesher import Remesher
 from .._words import label_names, words
 from ._manifest import cell_text, cells
 from ._records import Record, record_path

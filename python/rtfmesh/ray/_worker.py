@@ -11,7 +11,7 @@ import ray
 
 from .._errors import DeviceError
 from .._figures import untested_devices
-from .._remesh import Remesher
+from .._remesher import Remesher
 from ._devices import limit_threads, nvidia_smi, vulkan_device
 from ._meshes import Job, do_row, why
 
