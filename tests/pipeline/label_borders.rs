@@ -36,7 +36,8 @@ fn run(mesh: &TriMesh, labels: &Attributes, options: Options) -> Result<(Remeshe
 
 /// The share of the area of each region.
 fn shares(mesh: &TriMesh, labels: &Attributes) -> Vec<f64> {
-    let mut areas = vec![0.0; MIDDLES.len()];
+    let last = labels.face[0].values.iter().fold(0.0_f64, |a, b| a.max(*b));
+    let mut areas = vec![0.0; last as usize + 1];
     (0..mesh.triangles.len()).for_each(|t| areas[labels.face[0].at(t)[0] as usize] += mesh.triangle_area(t));
     let whole: f64 = areas.iter().sum();
     areas.iter().map(|area| area / whole).collect()
@@ -68,5 +69,28 @@ fn straight_borders_stay_where_they_are() {
     for t in 0..found.mesh.triangles.len() {
         let centre = found.mesh.corners(t).iter().sum::<DVec3>() / 3.0;
         assert_eq!(carried.face[0].at(t), [label(centre) as f64], "{centre}");
+    }
+}
+
+#[test]
+fn small_regions_of_an_uneven_surface_keep_their_areas() {
+    // Middles along a spiral.
+    let middle = |k: u32| {
+        let (z, turn) = (1.0 - (2.0 * f64::from(k) + 1.0) / 32.0, 2.4 * f64::from(k));
+        DVec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z)
+    };
+    let middles: Vec<DVec3> = (0..32).map(middle).collect();
+    let along = |p: DVec3, k: usize| p.normalize().dot(middles[k]);
+    let region = |p: DVec3| (0..32).max_by(|a, b| along(p, *a).total_cmp(&along(p, *b))).unwrap();
+    let mut input = sphere(1.0, 6);
+    for p in &mut input.vertices {
+        *p *= 1.0 + 0.1 * (5.0 * p.x).sin() * (4.0 * p.y + 1.0).cos();
+    }
+    let labels = labelled(&input, region);
+    let (found, carried) = run(&input, &labels, Options::new(1500)).unwrap();
+    let mean = quality(&found.mesh).unwrap().mean_quality;
+    assert!(mean > 0.88, "{mean}");
+    for (own, expected) in shares(&found.mesh, &carried).iter().zip(shares(&input, &labels)) {
+        assert!((own / expected - 1.0).abs() < 0.006, "{own} {expected}");
     }
 }

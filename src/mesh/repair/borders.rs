@@ -4,6 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::region_areas::{FreeVertex, region_areas, restoring_moves};
 use super::smooth_boundary::{Limits, follow, unfold};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::csr::Csr;
@@ -29,6 +30,8 @@ const ROUNDS: usize = 4;
 const SCATTER: u32 = 2_654_435_761;
 /// Regions of fewer triangles keep them all.
 const SMALL: u32 = 16;
+/// Rounds in which regions get their areas back.
+const RESTORATIONS: usize = 3;
 /// How far triangles may be turned and shrunk.
 const LIMITS: Limits = Limits { factor: 0.8, rounds: 14, least_cosine: 0.94, least_area: 0.08 };
 
@@ -60,34 +63,44 @@ pub(crate) fn smooth_borders(
     if !sides.ragged.contains(&true) {
         return borders.to_vec();
     }
-    sides.turn_teeth(origin);
-    let (moves, is_given) = sides.moves(&unit, by.edges);
-    let moved = moved(&unit, moves, &is_given);
-    for (v, by) in moved.iter().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
+    let mut region = sides.regions();
+    let areas = region_areas(&unit, &region);
+    sides.turn_teeth(origin, &mut region);
+    let (mut wanted, is_given, free) = sides.moves(&unit, by.edges);
+    let bvh = Bvh::new(&unit);
+    let mut moves = settled(&unit, &bvh, &wanted, &is_given);
+    for _ in 0..RESTORATIONS {
+        let vertices = unit.vertices.iter().zip(&moves).map(|(p, by)| *p + *by).collect();
+        let moved = TriMesh { vertices, triangles: unit.triangles.clone() };
+        let restoring = restoring_moves(&moved, &region, &areas, &free);
+        for (FreeVertex { vertex, max_move }, by) in free.iter().zip(restoring) {
+            let whole = &mut wanted[*vertex as usize];
+            *whole = (*whole + by).clamp_length_max(*max_move);
+        }
+        moves = settled(&unit, &bvh, &wanted, &is_given);
+    }
+    for (v, by) in moves.iter().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
         unit.vertices[v] += *by;
         mesh.vertices[v] = frame.to_input_units(unit.vertices[v]);
     }
     (0..).zip(&sides.is_border).filter(|(_, is)| **is).map(|(half, _)| half).collect()
 }
 
-/// The moves of all vertices, where some are given: others follow, all stay on the surface, and
-/// no triangle folds.
-fn moved(mesh: &TriMesh, mut moves: Vec<DVec3>, is_given: &[bool]) -> Vec<DVec3> {
+/// The moves of all vertices, where some are wanted: others follow, all stay on the surface, and no triangle
+/// folds.
+fn settled(mesh: &TriMesh, bvh: &Bvh, wanted: &[DVec3], is_given: &[bool]) -> Vec<DVec3> {
+    let mut moves = wanted.to_vec();
     follow(mesh, is_given, &mut moves);
-    let bvh = Bvh::new(mesh);
     let mut rank = 0;
-    let mut onto_surface = |moves: &mut [DVec3]| {
+    for _ in 0..2 {
         for (v, by) in moves.iter_mut().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
             let place = mesh.vertices[v];
             if let Some(closest) = bvh.closest_from(place + *by, &mut rank) {
                 *by = closest.point - place;
             }
         }
-    };
-    onto_surface(&mut moves);
-    unfold(mesh, &mut moves, &LIMITS);
-    onto_surface(&mut moves);
-    unfold(mesh, &mut moves, &LIMITS);
+        unfold(mesh, &mut moves, &LIMITS);
+    }
     moves
 }
 
@@ -262,8 +275,8 @@ impl Sides {
         })
     }
 
-    /// Triangles with two ragged sides towards the same region go over to it.
-    fn turn_teeth(&mut self, origin: &mut [u32]) {
+    /// The region of each triangle.
+    fn regions(&self) -> Vec<u32> {
         let count = self.triangles.len();
         let mut regions = Partition::new(count);
         for half in 0..self.twins.len() {
@@ -271,7 +284,12 @@ impl Sides {
                 regions.join(half as u32 / 3, self.twins[half] / 3);
             }
         }
-        let mut region: Vec<u32> = (0..count as u32).map(|t| regions.root(t)).collect();
+        (0..count as u32).map(|t| regions.root(t)).collect()
+    }
+
+    /// Triangles with two ragged sides towards the same region go over to it.
+    fn turn_teeth(&mut self, origin: &mut [u32], region: &mut [u32]) {
+        let count = self.triangles.len();
         let mut sizes = vec![0_u32; count];
         region.iter().for_each(|root| sizes[*root as usize] += 1);
         // In no order that follows the triangles: each region loses as many as it gets.
@@ -315,8 +333,8 @@ impl Sides {
         }
     }
 
-    /// Where the vertices of ragged borders move, and which vertices move by no more than that.
-    fn moves(&self, mesh: &TriMesh, edges: f64) -> (Vec<DVec3>, Vec<bool>) {
+    /// Where the vertices of ragged borders move, which vertices move by no more than that, and which move.
+    fn moves(&self, mesh: &TriMesh, edges: f64) -> (Vec<DVec3>, Vec<bool>, Vec<FreeVertex>) {
         let count = mesh.vertices.len();
         let mut is_given = vec![false; count];
         let mut is_held = vec![false; count];
@@ -351,11 +369,13 @@ impl Sides {
             free.iter().zip(moved).for_each(|(v, place)| places[*v as usize] = place);
         }
         let mut moves = vec![DVec3::ZERO; count];
-        for v in free {
+        let to_move = |v: u32| {
             let own = v as usize;
-            let most = edges * lengths[own] / links.of(v).len() as f64;
-            moves[own] = (places[own] - mesh.vertices[own]).clamp_length_max(most);
-        }
-        (moves, is_given)
+            let max_move = edges * lengths[own] / links.of(v).len() as f64;
+            moves[own] = (places[own] - mesh.vertices[own]).clamp_length_max(max_move);
+            FreeVertex { vertex: v, max_move }
+        };
+        let free = free.into_iter().map(to_move).collect();
+        (moves, is_given, free)
     }
 }

@@ -10,6 +10,7 @@ mod counts;
 mod cracks;
 mod joints;
 mod orient;
+mod region_areas;
 mod smooth_boundary;
 mod weld;
 
