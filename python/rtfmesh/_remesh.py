@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 from numpy.typing import ArrayLike
 
 from ._attributes import Attributes
+from ._grid_values import grid_values
 from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._progress import Callback
 from ._remesher import Told, on_shared, warned, with_options
@@ -216,7 +217,7 @@ def contour(
     values: ArrayLike,
     n: int | str | None = None,
     *,
-    iso: float | None = None,
+    iso: float | Sequence[float] | None = None,
     labels: bool | int | Sequence[int] = False,
     inside: str | None = None,
     spacing: ArrayLike | None = None,
@@ -224,6 +225,7 @@ def contour(
     affine: ArrayLike | None = None,
     closed: bool = False,
     keep_specks: bool = False,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
     distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
@@ -244,7 +246,8 @@ def contour(
         Number of vertices, at least 4, also as "10k". Without it `edge_length`, `ratio` (of the vertices of a
         surface as fine as the grid) or `max_deviation` says how many; without those too, as many as that has.
     iso
-        The value on the surface.
+        The value on the surface, or several such as [100, 300]: then the surfaces of all are in one mesh with
+        `n` vertices together, and `attributes.face["iso"]` has the value of each face.
     labels
         Whether values are labels; a number or several: only these, as if all others were 0. `attributes.face`
         then has those on both sides of each face, as "label_behind" and "label_before".
@@ -262,6 +265,10 @@ def contour(
     keep_specks
         Whether parts stay that are so small beside the largest that they are noise. A note counts those that
         are left out.
+    attributes
+        Further values of the grid for the vertices: an `Attributes`, or a dict such as
+        ``{"vertex": {"dose": (X, Y, Z), "rgb": (X, Y, Z, 3)}}``. Floating-point numbers and colours are
+        interpolated between the eight values around a vertex; others are those of the nearest.
     distances
         As in `remesh`; they are those to the surface in the grid.
     progress, device, device_memory
@@ -287,9 +294,13 @@ def contour(
     told = Told(correspondence=False, distances=distances, progress=progress)
     grid, wanted = grid_of(values, spacing, origin, affine), dict(options)
     volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
+    carried = grid_values(attributes, grid.size, grid.frame)
     return warned(
         on_shared(
-            device, device_memory, told.distances, lambda remesher: remesher._contour(volume, n, told, wanted)
+            device,
+            device_memory,
+            told.distances,
+            lambda remesher: remesher._contour(volume, n, told, wanted, carried),
         )
     )
 

@@ -18,6 +18,7 @@ from . import _native
 from ._arrays import Vertices, mesh_arrays, real_numbers, short, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
+from ._grid_values import GridValues, grid_values
 from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._options import Options
 from ._progress import Callback, Native, shown
@@ -206,7 +207,7 @@ class Remesher:
         values: ArrayLike,
         n: int | str | None = None,
         *,
-        iso: float | None = None,
+        iso: float | Sequence[float] | None = None,
         labels: bool | int | Sequence[int] = False,
         inside: str | None = None,
         spacing: ArrayLike | None = None,
@@ -214,21 +215,33 @@ class Remesher:
         affine: ArrayLike | None = None,
         closed: bool = False,
         keep_specks: bool = False,
+        attributes: Attributes | Mapping[str, Any] | bool | None = None,
         distances: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.contour`, on this device."""
         told = Told(correspondence=False, distances=distances, progress=progress)
-        volume = volume_of(grid_of(values, spacing, origin, affine), iso, labels, inside, closed, keep_specks)
-        return warned(self._contour(volume, n, told, dict(options)))
+        grid = grid_of(values, spacing, origin, affine)
+        volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
+        carried = grid_values(attributes, grid.size, grid.frame)
+        return warned(self._contour(volume, n, told, dict(options), carried))
 
-    def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
+    def _contour(
+        self,
+        volume: Volume,
+        n: int | str | None,
+        told: Told,
+        wanted: dict[str, Any],
+        carried: Sequence[GridValues],
+    ) -> Result:
         for name in ("features", "sizing", "fixed_points", "keep", "only"):
             if not is_word(wanted.get(name)):
                 raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
         nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
         result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
+        for values in carried:
+            result.attributes.vertex.update(values.at(result.vertices))
         return replace(result, correspondence=None, face_correspondence=None)
 
     def _run(

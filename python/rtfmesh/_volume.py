@@ -30,8 +30,8 @@ class Volume:
     """A grid, and which surface in it is wanted."""
 
     grid: Grid
-    iso: float | None
-    """The value on the surface; None for the borders of labels."""
+    iso: list[float]
+    """The values on the surfaces; none for the borders of labels."""
     inside: str | None
     closed: bool
     keep_specks: bool
@@ -85,7 +85,7 @@ def frame_of(
 
 def volume_of(
     grid: Grid,
-    iso: float | None,
+    iso: float | Sequence[float] | None,
     labels: bool | int | Sequence[int],
     inside: str | None,
     closed: bool,
@@ -101,13 +101,24 @@ def volume_of(
         raise InputError("give either `iso`, the value on the surface, or `labels=True`")
     if labels and inside is not None:
         raise InputError("`inside` works only with `iso`; remove it")
-    try:
-        at = None if iso is None else float(iso)
-    except (TypeError, ValueError):
-        raise InputError(f"`iso` is {iso!r}; give a number") from None
     if inside is not None and not isinstance(inside, str):
         raise InputError(f"`inside` is {inside!r}; use 'above' or 'below'")
-    return Volume(grid, at, inside, bool(closed), bool(keep_specks))
+    return Volume(grid, isovalues(iso), inside, bool(closed), bool(keep_specks))
+
+
+def isovalues(iso: float | Sequence[float] | None) -> list[float]:
+    """One value or several, checked."""
+    if iso is None:
+        return []
+    try:
+        values = np.atleast_1d(np.asarray(iso, np.float64))
+    except (TypeError, ValueError):
+        values = np.empty((0, 0))
+    if values.ndim != 1 or not values.size:
+        raise InputError(f"`iso` is {short(iso)}; give a number or several, such as [100, 300]")
+    if len(np.unique(values)) < len(values):
+        raise InputError(f"`iso` is {short(iso)}; give each value once")
+    return [float(value) for value in values]
 
 
 def only(grid: Grid, labels: int | Sequence[int]) -> Grid:

@@ -8,7 +8,7 @@ even = mesh.rtfmesh.remesh(10_000)
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ._attributes import Attributes
 from ._errors import InputError
 from ._figures import inspect, measure
+from ._grid_values import GridValues, grid_values
 from ._objects import MeshLike, Shape
 from ._progress import Callback
 from ._remesher import Remesher, Told, on_device, warned
@@ -152,8 +153,19 @@ class PointsAccessor:
         return reconstructed(self._points, n, **wanted)
 
 
-def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> Grid:
-    """The values of points or of cells; those of cells are at their centres."""
+def nodes_of(image: pyvista.ImageData, is_of_points: bool) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """How many values there are along each axis, and the matrix from their indices to their places.
+
+    Values of cells are at the centres of these.
+    """
+    begin = np.eye(4)
+    begin[:3, 3] = np.asarray(image.offset) + (0.0 if is_of_points else 0.5)
+    size = np.asarray(image.dimensions) - (0 if is_of_points else 1)
+    return size, np.asarray(image.index_to_physical_matrix) @ begin
+
+
+def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> tuple[Grid, str]:
+    """The values of points or of cells, and what they are called."""
     active = image.active_scalars_info
     name = active.name if scalars is None else scalars
     if name not in (*image.point_data, *image.cell_data):
@@ -165,13 +177,25 @@ def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> Grid:
         raise InputError(
             f"'{name}' has {array.shape[1]} numbers for each value; give one with a single number"
         )
-    begin = np.eye(4)
-    begin[:3, 3] = np.asarray(image.offset) + (0.0 if is_of_points else 0.5)
-    size = np.asarray(image.dimensions) - (0 if is_of_points else 1)
+    size, affine = nodes_of(image, is_of_points)
     if size.min() < 1:
         raise InputError(f"the grid's dimensions are {image.dimensions}; give at least two values along each")
-    affine = np.asarray(image.index_to_physical_matrix) @ begin
-    return grid_of(array.reshape(size, order="F"), None, None, affine)
+    return grid_of(array.reshape(size, order="F"), None, None, affine), name
+
+
+def further_values(image: pyvista.ImageData, taken: str) -> list[GridValues]:
+    """All arrays of an image but the one that is taken already."""
+    found = []
+    for data, is_of_points in ((image.cell_data, False), (image.point_data, True)):
+        size, affine = nodes_of(image, is_of_points)
+        arrays = {}
+        for name in data:
+            # Ghosts would hide points of the surface.
+            if name not in (taken, "vtkGhostType"):
+                array = np.asarray(data[name])
+                arrays[name] = array.reshape((*size, *array.shape[1:]), order="F")
+        found.append(GridValues(affine.tolist(), arrays))
+    return found
 
 
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.ImageData)
@@ -186,11 +210,12 @@ class ImageAccessor:
         n: int | str | None = None,
         *,
         scalars: str | None = None,
-        iso: float | None = None,
+        iso: float | Sequence[float] | None = None,
         labels: bool | int | Sequence[int] = False,
         inside: str | None = None,
         closed: bool = False,
         keep_specks: bool = False,
+        attributes: Attributes | Mapping[str, Any] | bool | None = None,
         distances: bool = False,
         progress: bool | Callback = False,
         device: str | int | None = None,
@@ -201,15 +226,23 @@ class ImageAccessor:
         """The surface at a value, or the borders between labels, with exactly `n` points.
 
         `scalars` names the values, of points or else of cells; by default those that are active. Labels on
-        both sides of a face come as arrays of cells. Field data comes along. `remesher` is a
+        both sides of a face come as arrays of cells, and so does "iso" where there are several values. All
+        other arrays come along as arrays of points, interpolated as in `rtfmesh.contour`, unless
+        `attributes=False` or others are given; field data comes along, too. `remesher` is a
         `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.contour`.
         """
-        volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed, keep_specks)
+        grid, name = grid_of_image(self._image, scalars)
+        volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
+        carried = (
+            further_values(self._image, name)
+            if attributes is None or attributes is True
+            else grid_values(attributes, grid.size, grid.frame)
+        )
         told = Told(correspondence=False, distances=distances, progress=progress)
         wanted = dict(options)
 
         def run(remesher: Remesher) -> Result:
-            return remesher._contour(volume, n, told, wanted)
+            return remesher._contour(volume, n, told, wanted, carried)
 
         result = warned(on_device(remesher, device, device_memory, told, run))
         return surface_of(result, split_at_seams(result, False), self._image)

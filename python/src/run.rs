@@ -18,10 +18,10 @@ use std::time::Instant;
 type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>, String);
 
 /// Values, those along the first axis side by side; nodes along the axes; from their indices to places,
-/// 4 x 4; the value on the surface, or none for labels; the side of the object; whether to close it at the
+/// 4 x 4; the values on the surfaces, or none for labels; the side of the object; whether to close it at the
 /// border.
 type GivenValues<'py> =
-    (PyReadonlyArray1<'py, f32>, [usize; 3], [[f64; 4]; 4], Option<f64>, Option<String>, bool, bool);
+    (PyReadonlyArray1<'py, f32>, [usize; 3], [[f64; 4]; 4], Vec<f64>, Option<String>, bool, bool);
 
 /// All that is asked for but for the mesh itself.
 #[derive(FromPyObject)]
@@ -156,7 +156,8 @@ fn given_values(py: Python<'_>, given: &GivenValues<'_>) -> PyResult<Values> {
         frame: DAffine3::from_mat4(frame),
         notes: Vec::new(),
     };
-    Values::new(volume, *iso, inside.as_deref(), *closed, *keep_specks).map_err(|error| exception(py, &error))
+    Values::new(volume, iso.clone(), inside.as_deref(), *closed, *keep_specks)
+        .map_err(|error| exception(py, &error))
 }
 
 /// Tells Python of a run, and the run of signals such as Ctrl-C.

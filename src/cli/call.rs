@@ -106,7 +106,7 @@ pub struct Values {
 }
 
 impl Values {
-    /// The surface at a value `--iso`, around the side that `--inside` says, in its words; without a value,
+    /// The surfaces at values `--iso`, around the side that `--inside` says, in its words; without values,
     /// the borders between labels. With `closed` it ends flat at the volume's border. Specks stay with
     /// `keep_specks`.
     ///
@@ -114,7 +114,7 @@ impl Values {
     /// [`Error::Usage`] for a side that does not exist.
     pub fn new(
         volume: Volume,
-        iso: Option<f64>,
+        iso: Vec<f64>,
         inside: Option<&str>,
         closed: bool,
         keep_specks: bool,

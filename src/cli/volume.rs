@@ -5,9 +5,11 @@ use super::heading::INPUT;
 use super::job::SurfaceSource;
 use crate::error::shown;
 use crate::grammar::counted;
+use crate::volume::{JoinedSurfaces, join};
 use clap::ValueEnum;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
+use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
@@ -21,17 +23,26 @@ use std::path::Path;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct VolumeArgs {
-    /// Volumes: value of the isosurface
+    /// Volumes: value of the isosurface, or several such as 100,300
     ///
-    /// Volumes are .npy, .nrrd, .nii, .mha and .vti files.
-    #[arg(long, value_name = "VALUE", allow_negative_numbers = true, hide_short_help = true)]
-    iso: Option<f64>,
+    /// Volumes are .npy, .nrrd, .nii, .mha and .vti files. With several values, each triangle has its own as
+    /// `iso`.
+    #[arg(
+        long,
+        value_name = "VALUE",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        hide_short_help = true
+    )]
+    iso: Vec<f64>,
     /// Volumes of labels, such as a segmentation: the borders between labels
     ///
     /// Label 0 is outside. Each triangle has the labels on its two sides, `label_behind` and `label_before`.
     #[arg(long, conflicts_with = "iso", hide_short_help = true)]
     labels: bool,
     /// With --iso: the side of the object [default: the one with less of the volume's border]
+    ///
+    /// With several values, the default is that of the first for all.
     #[arg(long, value_name = "SIDE", requires = "iso", hide_short_help = true)]
     inside: Option<Side>,
     /// Volumes: spacing of the grid along the axes, such as 0.5,0.5,2 [default: the file's]
@@ -72,18 +83,19 @@ fn spacing(text: &str) -> std::result::Result<DVec3, String> {
 }
 
 impl VolumeArgs {
-    /// The surface at `iso` around one side, `above` or `below`; without it, the borders between labels.
+    /// The surfaces at values `iso` around one side, `above` or `below`; without any, the borders between
+    /// labels.
     ///
     /// # Errors
     /// [`Error::Usage`] for another side.
-    pub fn from_words(iso: Option<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
+    pub fn from_words(iso: Vec<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
         let side = |word: &str| {
             Side::from_str(word, false).map_err(|_| {
                 Error::usage(format!("--inside: expected `above` or `below`, got {word}"), "use one of them")
             })
         };
         let inside = inside.map(side).transpose()?;
-        Ok(Self { iso, labels: iso.is_none(), inside, spacing: None, keep_specks })
+        Ok(Self { labels: iso.is_empty(), iso, inside, spacing: None, keep_specks })
     }
 
     /// The volume that was read, with the spacing asked for.
@@ -100,7 +112,7 @@ impl VolumeArgs {
                 along(axes.z_axis, spacing.z),
             );
         }
-        if self.iso.is_none() && !self.labels {
+        if self.iso.is_empty() && !self.labels {
             return Err(no_choice(&volume, input));
         }
         Ok(SurfaceSource::Volume { volume: Cow::Owned(volume), args: self, closed })
@@ -116,36 +128,52 @@ impl VolumeArgs {
         closed: bool,
         progress: impl FnMut(Progress) -> Flow,
     ) -> Result<VolumeSurface> {
-        match self.iso {
-            Some(iso) if !self.labels => self.isosurface(volume, iso, closed, progress),
-            _ => self.label_surface(volume, closed, progress),
+        if self.labels {
+            self.label_surface(volume, closed, progress)
+        } else {
+            self.isosurfaces(volume, closed, progress)
         }
     }
 
-    fn isosurface(
+    /// The isosurfaces of all values; of one alone without its value as an attribute.
+    fn isosurfaces(
         &self,
         volume: &Volume,
-        iso: f64,
         closed: bool,
-        progress: impl FnMut(Progress) -> Flow,
+        mut progress: impl FnMut(Progress) -> Flow,
     ) -> Result<VolumeSurface> {
-        let asked = IsoOptions::new(iso).closed(closed).keep_specks(self.keep_specks);
-        let asked = asked.inside(match self.inside {
+        let count = self.iso.len() as f64;
+        if let Some(k) = (1..self.iso.len()).find(|k| self.iso[..*k].contains(&self.iso[*k])) {
+            return Err(Error::usage(format!("--iso has {} twice", self.iso[k]), "give each value once"));
+        }
+        let mut inside = match self.inside {
             None => Inside::Automatic,
             Some(Side::Above) => Inside::Above,
             Some(Side::Below) => Inside::Below,
-        });
-        let found = iso_surface_with_progress(volume, &asked, progress)?;
-        let mut notes = vec![surface_note(volume, iso, &found)];
-        let text = "smaller than 8 voxels or a thousandth of the largest part";
-        notes.extend(specks_note(found.specks, text));
-        if found.handles > 0 {
-            let words = ["small handle was removed", "small handles were removed"];
-            notes.push(format!("{} as noise (--keep-specks keeps handles)", counted(found.handles, words)));
+        };
+        let (mut found, mut notes) = (Vec::new(), Vec::new());
+        for (k, iso) in self.iso.iter().enumerate() {
+            let asked = IsoOptions::new(*iso).inside(inside).closed(closed).keep_specks(self.keep_specks);
+            let surface = iso_surface_with_progress(volume, &asked, |mut now| {
+                now.fraction = (k as f64 + now.fraction) / count;
+                now.to_finish = (now.to_finish + count - 1.0 - k as f64) / count;
+                progress(now)
+            })?;
+            inside = surface.inside;
+            notes.extend(iso_notes(volume, *iso, &surface));
+            found.push((*iso, surface));
         }
-        let warnings = coarse_warning(found.step);
-        let loaded = Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() };
-        Ok(VolumeSurface { loaded, rim: found.rim })
+        let warnings = coarse_warning(found.iter().map(|(_, surface)| surface.step).max().unwrap_or(1));
+        let (mesh, attributes, rim) = if found.len() > 1 {
+            let JoinedSurfaces { mesh, attributes, rim } = join(found)?;
+            (mesh, attributes, rim)
+        } else {
+            let only = found.pop().map(|(_, surface)| (surface.mesh, surface.rim));
+            let (mesh, rim) = only.unwrap_or_default();
+            (mesh, Attributes::default(), rim)
+        };
+        let loaded = Loaded { mesh, attributes, notes, warnings, unread_images: 0 };
+        Ok(VolumeSurface { loaded, rim })
     }
 
     fn label_surface(
@@ -172,7 +200,7 @@ impl VolumeArgs {
     /// [`Error::Usage`] for options of volumes with a mesh or points.
     pub fn refuse_mesh(&self, input: &Path) -> Result<()> {
         let given = [
-            ("--iso", self.iso.is_some()),
+            ("--iso", !self.iso.is_empty()),
             ("--labels", self.labels),
             ("--spacing", self.spacing.is_some()),
             ("--keep-specks", self.keep_specks),
@@ -207,6 +235,17 @@ fn coarse_warning(step: usize) -> Vec<(WarningCode, String)> {
         "the surface is that of one in {step} values along each axis, to finish early: give more time for all"
     );
     (step > 1).then_some((WarningCode::CutShort, text)).into_iter().collect()
+}
+
+/// What became of the volume, and what is not in an isosurface.
+fn iso_notes(volume: &Volume, iso: f64, found: &IsoSurface) -> Vec<String> {
+    let mut notes = vec![surface_note(volume, iso, found)];
+    notes.extend(specks_note(found.specks, "smaller than 8 voxels or a thousandth of the largest part"));
+    if found.handles > 0 {
+        let words = ["small handle was removed", "small handles were removed"];
+        notes.push(format!("{} as noise (--keep-specks keeps handles)", counted(found.handles, words)));
+    }
+    notes
 }
 
 /// What became of the volume.

@@ -5,6 +5,7 @@ mod coarse;
 mod grid;
 mod iso;
 mod labels;
+mod several;
 mod specks;
 
 pub use iso::{Inside, IsoOptions, IsoSurface, iso_surface, iso_surface_with_progress};
@@ -12,3 +13,5 @@ pub use labels::{
     LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, MOST_LABEL, label_surface,
     label_surface_with_progress,
 };
+pub use several::ISO;
+pub(crate) use several::{JoinedSurfaces, join};

@@ -5,6 +5,7 @@ mod files;
 mod iso;
 mod labels;
 mod metaimage;
+mod several;
 mod vtk;
 
 use rtfmesh::glam::{DAffine3, DVec3};

@@ -1,0 +1,72 @@
+"""Further values of a grid, at points in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import Vertices, as_array
+from ._attributes import Attributes, role
+from ._errors import InputError
+
+
+@dataclass(frozen=True)
+class GridValues:
+    """Arrays with a value, or a row of values, for each node of a grid."""
+
+    frame: list[list[float]]
+    """As in `Grid`."""
+    arrays: Mapping[str, NDArray[Any]]
+    """By name: shape (X, Y, Z, ...)."""
+
+    def at(self, points: Vertices) -> dict[str, NDArray[Any]]:
+        """The arrays at points, each of shape (P, ...): interpolated or, for labels, of the nearest node."""
+        inverse = np.linalg.inv(np.asarray(self.frame))
+        places = points @ inverse[:3, :3].T + inverse[:3, 3]
+        return {name: values_at(name, array, places) for name, array in self.arrays.items()}
+
+
+def values_at(name: str, array: NDArray[Any], places: Vertices) -> NDArray[Any]:
+    """The values of one array at places, which are in units of nodes; beyond the border, those at it."""
+    last = np.asarray(array.shape[:3]) - 1
+    places = places.clip(0, last)
+    means = role(name, int(np.prod(array.shape[3:], dtype=int)), array.dtype)
+    if array.dtype.kind not in "fc" and means != "colour":
+        nearest: NDArray[Any] = array[tuple(np.rint(places).astype(np.intp).T)]
+        return nearest
+    low = np.minimum(places.astype(np.intp), np.maximum(last - 1, 0))
+    fraction = places - low
+    found: NDArray[Any] = np.zeros((len(places), *array.shape[3:]), np.result_type(array.dtype, np.float64))
+    for corner in np.ndindex(2, 2, 2):
+        weights = np.where(corner, fraction, 1 - fraction).prod(axis=1).reshape(-1, *[1] * (array.ndim - 3))
+        values = array[tuple(np.minimum(low + corner, last).T)]
+        # A value that is not a number counts only where it has a weight.
+        found += np.where(weights > 0, weights * values, 0)
+    if means == "normal":
+        lengths = np.linalg.norm(found, axis=1, keepdims=True)
+        found = np.divide(found, lengths, out=found, where=lengths > 0)
+    return (np.rint(found) if array.dtype.kind in "iu" else found).astype(array.dtype)
+
+
+def grid_values(
+    attributes: Attributes | Mapping[str, Any] | bool | None,
+    size: tuple[int, int, int],
+    frame: list[list[float]],
+) -> list[GridValues]:
+    """The attributes of nodes that an argument has, checked."""
+    given = Attributes.of(attributes)
+    if given.face or given.uv is not None:
+        name = "face" if given.face else "uv"
+        raise InputError(f"`attributes.{name}` needs faces, which a volume does not have; remove it")
+    arrays = {}
+    for name, value in given.vertex.items():
+        array = as_array(value, f"attributes.vertex['{name}']")
+        if array.shape[:3] != size:
+            have = f"shape {array.shape}, but `values` has {size}"
+            raise InputError(f"`attributes.vertex['{name}']` has {have}; give a value for each of its values")
+        arrays[str(name)] = array
+    return [GridValues(frame, arrays)] if arrays else []
