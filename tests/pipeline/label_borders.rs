@@ -51,7 +51,7 @@ fn ragged_borders_become_smooth_and_regions_keep_their_areas() {
     let mean = quality(&smooth.mesh).unwrap().mean_quality;
     assert!(mean > 0.92, "{mean}");
     for (own, expected) in shares(&smooth.mesh, &carried).iter().zip(shares(&input, &labels)) {
-        assert!((own / expected - 1.0).abs() < 0.015, "{own} {expected}");
+        assert!((own / expected - 1.0).abs() < 0.01, "{own} {expected}");
     }
     // As they are, they take more vertices than that.
     let ragged = run(&input, &labels, Options::new(90).smooth_labels(0.0));

@@ -30,8 +30,10 @@ const ROUNDS: usize = 4;
 const SCATTER: u32 = 2_654_435_761;
 /// Regions of fewer triangles keep them all.
 const SMALL: u32 = 16;
-/// Rounds in which regions get their areas back.
+/// Maximum number of rounds in which regions get their areas back.
 const RESTORATIONS: usize = 3;
+/// They have them if no more than this fraction of the whole area is in the wrong one.
+const WRONG_AREA: f64 = 2e-4;
 /// How far triangles may be turned and shrunk.
 const LIMITS: Limits = Limits { factor: 0.8, rounds: 14, least_cosine: 0.94, least_area: 0.08 };
 
@@ -46,8 +48,9 @@ pub(crate) struct BorderSmoothing<'a> {
 }
 
 /// Makes ragged borders of a mesh smooth; `borders` are half-edges along them. `origin` has the triangle of
-/// another mesh that each triangle comes from; one that changes sides gets that of its neighbour there.
-/// Returns the half-edges along the borders then.
+/// another mesh that each triangle comes from; one that changes sides gets that of its neighbour there. The
+/// regions between borders keep their areas, as far as the vertices may move. Returns the half-edges along
+/// the borders then.
 pub(crate) fn smooth_borders(
     mesh: &mut TriMesh,
     origin: &mut [u32],
@@ -69,9 +72,19 @@ pub(crate) fn smooth_borders(
     let (mut wanted, is_given, free) = sides.moves(&unit, by.edges);
     let bvh = Bvh::new(&unit);
     let mut moves = settled(&unit, &bvh, &wanted, &is_given);
-    for _ in 0..RESTORATIONS {
-        let vertices = unit.vertices.iter().zip(&moves).map(|(p, by)| *p + *by).collect();
-        let moved = TriMesh { vertices, triangles: unit.triangles.clone() };
+    let mut best = (f64::INFINITY, Vec::new());
+    let mut moved = unit.clone();
+    for round in 0..=RESTORATIONS {
+        let places = unit.vertices.iter().zip(&moves).map(|(p, by)| *p + *by);
+        moved.vertices.iter_mut().zip(places).for_each(|(p, place)| *p = place);
+        let now = region_areas(&moved, &region);
+        let wrong: f64 = now.iter().zip(&areas).map(|(now, area)| (now - area).abs()).sum();
+        if wrong < best.0 {
+            best = (wrong, moves);
+        }
+        if wrong <= WRONG_AREA * areas.iter().sum::<f64>() || round == RESTORATIONS {
+            break;
+        }
         let restoring = restoring_moves(&moved, &region, &areas, &free);
         for (FreeVertex { vertex, max_move }, by) in free.iter().zip(restoring) {
             let whole = &mut wanted[*vertex as usize];
@@ -79,7 +92,7 @@ pub(crate) fn smooth_borders(
         }
         moves = settled(&unit, &bvh, &wanted, &is_given);
     }
-    for (v, by) in moves.iter().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
+    for (v, by) in best.1.iter().enumerate().filter(|(_, by)| **by != DVec3::ZERO) {
         unit.vertices[v] += *by;
         mesh.vertices[v] = frame.to_input_units(unit.vertices[v]);
     }
@@ -333,7 +346,8 @@ impl Sides {
         }
     }
 
-    /// Where the vertices of ragged borders move, which vertices move by no more than that, and which move.
+    /// The moves of the vertices of ragged borders; for each vertex whether its move is given, as it is for
+    /// those that stay; and the vertices that may move.
     fn moves(&self, mesh: &TriMesh, edges: f64) -> (Vec<DVec3>, Vec<bool>, Vec<FreeVertex>) {
         let count = mesh.vertices.len();
         let mut is_given = vec![false; count];

@@ -11,6 +11,8 @@ const STEPS: usize = 200;
 const TOLERANCE: f64 = 1e-6;
 /// Added to the diagonal, relative to it: what all regions lack together cannot be restored.
 const DAMPING: f64 = 1e-6;
+/// A region whose diagonal is smaller cannot change its area.
+const LEAST_DIAGONAL: f64 = 1e-200;
 
 /// A vertex of a border that may move.
 #[derive(Debug, Clone, Copy)]
@@ -27,8 +29,8 @@ pub(super) fn region_areas(mesh: &TriMesh, region: &[u32]) -> Vec<f64> {
     areas
 }
 
-/// The moves of free vertices, shortest in the sum of squares along the borders, after which regions have
-/// these areas; to first order.
+/// The moves of free vertices after which regions have these areas, to first order; those with the least sum
+/// of squares, weighted by the length of border that each vertex stands for.
 pub(super) fn restoring_moves(
     mesh: &TriMesh,
     region: &[u32],
@@ -79,6 +81,10 @@ impl Gradients {
                 }
             }
             let normal = normal.normalize_or_zero();
+            // Inside a region, a vertex changes no area but by leaving the surface.
+            if own.len() < 2 {
+                own.clear();
+            }
             // The area of all regions together does not change: what seems to is the mesh's unevenness.
             let mean = own.iter().map(|(_, gradient)| *gradient).sum::<DVec3>() / own.len().max(1) as f64;
             for (region, gradient) in &mut own {
@@ -97,7 +103,8 @@ impl Gradients {
         Self { regions, of_vertices }
     }
 
-    /// The moves of the free vertices under these pressures of the regions.
+    /// The moves of the free vertices under these pressures of the regions: the Lagrange multipliers of their
+    /// areas.
     fn moves(&self, pressures: &[f64]) -> Vec<DVec3> {
         let of_vertex = |own: &OfVertex| {
             let pull = |(r, gradient): &(u32, DVec3)| pressures[*r as usize] * *gradient;
@@ -117,20 +124,24 @@ impl Gradients {
 
     /// The pressures under which the areas change by `lacking`, by conjugate gradients.
     fn solve(&self, lacking: Vec<f64>) -> Vec<f64> {
-        let mut damping = vec![0.0; lacking.len()];
+        let mut diagonal = vec![0.0; lacking.len()];
         for OfVertex { gradients, length } in &self.of_vertices {
             for (r, gradient) in gradients {
-                damping[*r as usize] += DAMPING * gradient.length_squared() / length;
+                diagonal[*r as usize] += gradient.length_squared() / length;
             }
         }
+        let precondition = |residual: &[f64]| -> Vec<f64> {
+            let scaled = |(r, d): (&f64, &f64)| if *d > LEAST_DIAGONAL { r / d } else { 0.0 };
+            residual.iter().zip(&diagonal).map(scaled).collect()
+        };
         let mut pressures = vec![0.0; lacking.len()];
         let mut residual = lacking;
-        let mut direction = residual.clone();
-        let mut rho = dot(&residual, &residual);
+        let mut direction = precondition(&residual);
+        let mut rho = dot(&residual, &direction);
         let enough = TOLERANCE * TOLERANCE * rho;
         for _ in 0..STEPS {
             let mut product = self.changes(&self.moves(&direction));
-            add(&mut product, 1.0, damping.iter().zip(&direction).map(|(a, b)| a * b));
+            add(&mut product, DAMPING, diagonal.iter().zip(&direction).map(|(a, b)| a * b));
             let curvature = dot(&direction, &product);
             if rho <= enough || curvature <= 0.0 {
                 break;
@@ -139,9 +150,10 @@ impl Gradients {
             add(&mut pressures, step, direction.iter().copied());
             add(&mut residual, -step, product.into_iter());
             let before = rho;
-            rho = dot(&residual, &residual);
+            let scaled = precondition(&residual);
+            rho = dot(&residual, &scaled);
             let onward = |(d, r): (&mut f64, &f64)| *d = r + *d * rho / before;
-            direction.iter_mut().zip(&residual).for_each(onward);
+            direction.iter_mut().zip(&scaled).for_each(onward);
         }
         pressures
     }
@@ -154,4 +166,67 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// Adds multiples of numbers to others.
 fn add(to: &mut [f64], factor: f64, numbers: impl Iterator<Item = f64>) {
     to.iter_mut().zip(numbers).for_each(|(to, number)| *to += factor * number);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: u32 = 9;
+
+    /// A grid of unit squares, and for each of its triangles one of three stripes of three squares.
+    fn stripes() -> (TriMesh, Vec<u32>) {
+        let at = |i: u32, j: u32| j * (SIDE + 1) + i;
+        let places = (0..=SIDE).flat_map(|j| (0..=SIDE).map(move |i| (i, j)));
+        let vertices = places.map(|(i, j)| DVec3::new(f64::from(i), f64::from(j), 0.0)).collect();
+        let squares = (0..SIDE).flat_map(|j| (0..SIDE).map(move |i| (i, j)));
+        let halves =
+            |(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]];
+        let region = squares.clone().flat_map(|(i, _)| [i / 3; 2]).collect();
+        (TriMesh { vertices, triangles: squares.flat_map(halves).collect() }, region)
+    }
+
+    fn free(vertices: impl Iterator<Item = u32>) -> Vec<FreeVertex> {
+        vertices.map(|vertex| FreeVertex { vertex, max_move: 1.0 }).collect()
+    }
+
+    /// The areas after the moves that restore those of `mesh` once `by` has moved its vertices.
+    fn restored(mesh: &TriMesh, region: &[u32], free: &[FreeVertex], by: impl Fn(DVec3) -> DVec3) -> TriMesh {
+        let areas = region_areas(mesh, region);
+        let mut moved = mesh.clone();
+        moved.vertices.iter_mut().for_each(|p| *p += by(*p));
+        let moves = restoring_moves(&moved, region, &areas, free);
+        assert!(moves.iter().all(|by| by.is_finite()), "{moves:?}");
+        free.iter().zip(moves).for_each(|(v, by)| moved.vertices[v.vertex as usize] += by);
+        moved
+    }
+
+    #[test]
+    fn regions_get_their_areas_back() {
+        let (mesh, region) = stripes();
+        let inner_rows = SIDE + 1..SIDE * (SIDE + 1);
+        let borders = inner_rows.filter(|v| [3, 6].contains(&(v % (SIDE + 1))));
+        let bulge = |p: DVec3| DVec3::X * if p.x == 3.0 { 0.3 * (p.y * 0.6).sin() + 0.1 } else { 0.0 };
+        let after = restored(&mesh, &region, &free(borders), bulge);
+        for (now, before) in region_areas(&after, &region).iter().zip(region_areas(&mesh, &region)) {
+            assert!((now - before).abs() < 5e-3, "{now} {before}");
+        }
+        assert!(after.vertices.iter().any(|p| p.x > 3.0 && p.x < 3.4));
+    }
+
+    #[test]
+    fn a_region_without_a_border_keeps_others_as_they_are() {
+        let (mut mesh, mut region) = stripes();
+        // Another grid apart, with one free vertex inside that was moved out of its plane.
+        let (count, triangles) = (mesh.vertices.len() as u32, mesh.triangles.len());
+        mesh.vertices.extend(mesh.vertices.clone().iter().map(|p| *p + DVec3::Y * 20.0));
+        mesh.triangles.extend(mesh.triangles.clone().iter().map(|t| t.map(|v| v + count)));
+        region.resize(2 * triangles, 3);
+        let inner = count + 4 * (SIDE + 1) + 4;
+        let borders = (0..count).filter(|v| [3, 6].contains(&(v % (SIDE + 1))));
+        let out = |p: DVec3| DVec3::Z * if p == DVec3::new(4.0, 24.0, 0.0) { 0.5 } else { 0.0 };
+        let after = restored(&mesh, &region, &free(borders.chain([inner])), out);
+        let moved = after.vertices.iter().zip(&mesh.vertices).filter(|(p, q)| p.distance(**q) > 1e-9);
+        assert_eq!(moved.count(), 1);
+    }
 }
