@@ -23,6 +23,8 @@ def real_number(value: Any, name: str) -> float:
         return float(value)
     except (TypeError, ValueError):
         raise InputError(f"`{name}` is of type {type(value).__name__}; give a number") from None
+    except OverflowError:
+        raise InputError(f"`{name}` is too large; give a number below 1.8e308") from None
 
 
 def truth(value: Any, name: str) -> bool:

@@ -35,7 +35,7 @@ def values_at(name: str, array: NDArray[Any], places: Vertices) -> NDArray[Any]:
     last = np.asarray(array.shape[:3]) - 1
     places = places.clip(0, last)
     means = role(name, int(np.prod(array.shape[3:], dtype=int)), array.dtype)
-    if array.dtype.kind not in "fc" and means != "colour":
+    if array.dtype.kind not in "fc" and (means != "colour" or array.dtype.kind not in "iu"):
         nearest: NDArray[Any] = array[tuple(np.rint(places).astype(np.intp).T)]
         return nearest
     low = np.minimum(places.astype(np.intp), np.maximum(last - 1, 0))
@@ -44,8 +44,9 @@ def values_at(name: str, array: NDArray[Any], places: Vertices) -> NDArray[Any]:
     for corner in np.ndindex(2, 2, 2):
         weights = np.where(corner, fraction, 1 - fraction).prod(axis=1).reshape(-1, *[1] * (array.ndim - 3))
         values = array[tuple(np.minimum(low + corner, last).T)]
-        # A value that is not a number counts only where it has a weight.
-        found += np.where(weights > 0, weights * values, 0)
+        # A value that is not finite counts only where it has a weight.
+        with np.errstate(invalid="ignore"):
+            found += np.where(weights > 0, weights * values, 0)
     if means == "normal":
         lengths = np.linalg.norm(found, axis=1, keepdims=True)
         found = np.divide(found, lengths, out=found, where=lengths > 0)
@@ -67,6 +68,10 @@ def grid_values(
         array = as_array(value, f"attributes.vertex['{name}']")
         if array.shape[:3] != size:
             have = f"shape {array.shape}, but `values` has {size}"
-            raise InputError(f"`attributes.vertex['{name}']` has {have}; give a value for each of its values")
+            raise InputError(
+                f"`attributes.vertex['{name}']` has {have}; give an array of shape (X, Y, Z, ...)"
+            )
+        if array.dtype.kind not in "biufcUS":
+            raise InputError(f"`attributes.vertex['{name}']` has values of type {array.dtype}; give numbers")
         arrays[str(name)] = array
     return [GridValues(frame, arrays)] if arrays else []

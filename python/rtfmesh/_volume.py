@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import as_array, check_shape, real_numbers, short
+from ._arrays import as_array, check_shape, real_number, real_numbers, short
 from ._errors import InputError
 
 
@@ -110,12 +110,11 @@ def isovalues(iso: float | Sequence[float] | None) -> list[float]:
     """One value or several, checked."""
     if iso is None:
         return []
-    try:
-        values = np.atleast_1d(np.asarray(iso, np.float64))
-    except (TypeError, ValueError):
-        values = np.empty((0, 0))
-    if values.ndim != 1 or not values.size:
-        raise InputError(f"`iso` is {short(iso)}; give a number or several, such as [100, 300]")
+    if isinstance(iso, str) or not hasattr(iso, "__len__") or getattr(iso, "ndim", 1) == 0:
+        return [real_number(iso, "iso")]
+    values = real_numbers(iso, "iso", (None,))
+    if not values.size:
+        raise InputError("`iso` is empty; give a number or several, such as [100, 300]")
     if len(np.unique(values)) < len(values):
         raise InputError(f"`iso` is {short(iso)}; give each value once")
     return [float(value) for value in values]

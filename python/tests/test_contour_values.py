@@ -33,9 +33,13 @@ def test_surfaces_at_several_values_are_told_apart(remesher):
 @pytest.mark.parametrize(
     ("iso", "said"),
     [
-        ([], "`iso` is .*; give a number or several"),
-        ([[0, 1]], "give a number or several"),
-        ([0, "x"], "give a number or several"),
+        ([], "`iso` is empty; give a number or several"),
+        ([[0, 1]], "`iso` has shape"),
+        ([0, "x"], "`iso` has values of type"),
+        (True, "`iso` is True; give a number"),
+        (1j, "`iso` is of type complex; give a number"),
+        (10**400, "`iso` is too large"),
+        ([0, "x", None], "`iso` has values of type"),
         ([0, 1, 0], "give each value once"),
         ([0, 500], "no surface at 500"),
         ([0, float("nan")], "not finite"),
@@ -68,6 +72,13 @@ def test_further_arrays_come_along(remesher):
     assert np.abs(found["rgb"] - index[:, :1]).max() <= 0.5 + 1e-9
 
 
+def test_infinite_values_of_further_arrays_count_where_they_are(remesher):
+    values = np.where(np.indices((23, 25, 22))[0] < 11, np.inf, 4.0)
+    found = remesher.contour(distances(), 400, iso=0, attributes={"vertex": {"dose": values}})
+    dose, x = found.attributes.vertex["dose"], found.vertices[:, 0]
+    assert np.isinf(dose[x < 11]).all() and np.allclose(dose[x > 11], 4)
+
+
 def test_holes_in_further_arrays_stay_holes(remesher):
     values = np.where(np.indices((23, 25, 22))[0] < 11, np.nan, 4.0)
     found = remesher.contour(distances(), 400, iso=0, attributes={"vertex": {"dose": values}})
@@ -79,6 +90,7 @@ def test_holes_in_further_arrays_stay_holes(remesher):
     ("attributes", "said"),
     [
         ({"vertex": {"dose": np.zeros((3, 3, 3))}}, r"'dose'\]` has shape \(3, 3, 3\), but `values` has"),
+        ({"vertex": {"dose": np.full((23, 25, 22), None)}}, r"'dose'\]` has values of type object"),
         ({"face": {"dose": np.zeros(5)}}, "`attributes.face` needs faces"),
         ({"dose": np.zeros(5)}, "its keys are"),
     ],

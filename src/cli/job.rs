@@ -7,7 +7,7 @@ use super::files::tell_notes;
 use super::method::{MethodArgs, refuse_messages};
 use super::progress::RunProgress;
 use super::target_count::count;
-use super::volume::VolumeArgs;
+use super::volume::{VolumeArgs, settle_isovalues};
 use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes};
@@ -87,6 +87,8 @@ pub struct RemeshJob<'a> {
     /// The options for this mesh.
     pub options: Options,
     repaired: Option<Repaired>,
+    /// Whether the surface is that of a volume.
+    is_volume: bool,
 }
 
 /// What a run gives.
@@ -140,10 +142,13 @@ impl<'a> RemeshJob<'a> {
         if let Some(text) = format.and_then(|format| self.attributes.texture_warning(&self.loaded, format)) {
             result.summary.warn(WarningCode::Textures, text);
         }
-        let attributes = match self.attributes.drops_all() {
+        let mut attributes = match self.attributes.drops_all() {
             true => Attributes::default(),
             false => carry_attributes(mesh, &self.loaded.attributes, &result),
         };
+        if self.is_volume {
+            settle_isovalues(&self.loaded, &result.mesh, &mut attributes);
+        }
         Ok(Finished { result, attributes, is_cut_short })
     }
 
@@ -176,6 +181,7 @@ impl<'a> Request<'a> {
         notes: &mut Notes,
         run: &mut RunProgress,
     ) -> Result<RemeshJob<'a>> {
+        let is_volume = matches!(source, SurfaceSource::Volume { .. });
         // An attribute that is missing is reported before any long work.
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
         let loaded = self.make_surface(source, notes, run)?;
@@ -194,7 +200,7 @@ impl<'a> Request<'a> {
             self.options.coarse_to_fine.sizing = Sizing::Given(values.to_vec());
         }
         let Self { attributes, options, file, .. } = self;
-        Ok(RemeshJob { attributes, file, loaded, options, repaired })
+        Ok(RemeshJob { attributes, file, loaded, options, repaired, is_volume })
     }
 
     /// The surface. If it is made from points or a volume, its sharp edges are artefacts, so the options get

@@ -5,7 +5,7 @@ use super::heading::INPUT;
 use super::job::SurfaceSource;
 use crate::error::shown;
 use crate::grammar::counted;
-use crate::volume::{JoinedSurfaces, join};
+use crate::volume::{ISO, JoinedSurfaces, check_values, join, settle_values};
 use clap::ValueEnum;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
@@ -13,7 +13,7 @@ use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
-use rtfmesh::{Error, Flow, Progress, Result, WarningCode};
+use rtfmesh::{Error, Flow, Progress, Result, TriMesh, WarningCode};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -25,8 +25,8 @@ use std::path::Path;
 pub struct VolumeArgs {
     /// Volumes: value of the isosurface, or several such as 100,300
     ///
-    /// Volumes are .npy, .nrrd, .nii, .mha and .vti files. With several values, each triangle has its own as
-    /// `iso`.
+    /// Volumes are .npy, .nrrd, .nii, .mha and .vti files. With several values, the triangle attribute `iso`
+    /// holds the value of each triangle's surface.
     #[arg(
         long,
         value_name = "VALUE",
@@ -42,7 +42,7 @@ pub struct VolumeArgs {
     labels: bool,
     /// With --iso: the side of the object [default: the one with less of the volume's border]
     ///
-    /// With several values, the default is that of the first for all.
+    /// With several values, the default for the first applies to all.
     #[arg(long, value_name = "SIDE", requires = "iso", hide_short_help = true)]
     inside: Option<Side>,
     /// Volumes: spacing of the grid along the axes, such as 0.5,0.5,2 [default: the file's]
@@ -143,21 +143,22 @@ impl VolumeArgs {
         mut progress: impl FnMut(Progress) -> Flow,
     ) -> Result<VolumeSurface> {
         let count = self.iso.len() as f64;
-        if let Some(k) = (1..self.iso.len()).find(|k| self.iso[..*k].contains(&self.iso[*k])) {
-            return Err(Error::usage(format!("--iso has {} twice", self.iso[k]), "give each value once"));
-        }
+        check_values(volume, &self.iso)?;
         let mut inside = match self.inside {
             None => Inside::Automatic,
             Some(Side::Above) => Inside::Above,
             Some(Side::Below) => Inside::Below,
         };
         let (mut found, mut notes) = (Vec::new(), Vec::new());
+        let mut flow = Flow::Continue;
         for (k, iso) in self.iso.iter().enumerate() {
             let asked = IsoOptions::new(*iso).inside(inside).closed(closed).keep_specks(self.keep_specks);
             let surface = iso_surface_with_progress(volume, &asked, |mut now| {
                 now.fraction = (k as f64 + now.fraction) / count;
                 now.to_finish = (now.to_finish + count - 1.0 - k as f64) / count;
-                progress(now)
+                // To finish early counts for the surfaces that follow as well.
+                flow = flow.max(progress(now));
+                flow
             })?;
             inside = surface.inside;
             notes.extend(iso_notes(volume, *iso, &surface));
@@ -165,7 +166,11 @@ impl VolumeArgs {
         }
         let warnings = coarse_warning(found.iter().map(|(_, surface)| surface.step).max().unwrap_or(1));
         let (mesh, attributes, rim) = if found.len() > 1 {
-            let JoinedSurfaces { mesh, attributes, rim } = join(found)?;
+            let joined = join(found).map_err(|error| match warnings.is_empty() {
+                true => error,
+                false => too_coarse(error),
+            });
+            let JoinedSurfaces { mesh, attributes, rim } = joined?;
             (mesh, attributes, rim)
         } else {
             let only = found.pop().map(|(_, surface)| (surface.mesh, surface.rim));
@@ -235,6 +240,22 @@ fn coarse_warning(step: usize) -> Vec<(WarningCode, String)> {
         "the surface is that of one in {step} values along each axis, to finish early: give more time for all"
     );
     (step > 1).then_some((WarningCode::CutShort, text)).into_iter().collect()
+}
+
+/// The error of surfaces that had to be made from few values.
+fn too_coarse(error: Error) -> Error {
+    let Error::Usage { problem, .. } = error else { return error };
+    let problem = format!("{problem}, as far as few of the values show, used to finish early");
+    Error::usage(problem, "give more time, or run once for each value")
+}
+
+/// Gives the triangles of each part of a result the value of one isosurface, if the surface that it was made
+/// from has several.
+pub fn settle_isovalues(surface: &Loaded, mesh: &TriMesh, attributes: &mut Attributes) {
+    let Some(of_surface) = surface.attributes.face_named(ISO) else { return };
+    if let Some(found) = attributes.face.iter_mut().find(|own| own.name == ISO) {
+        settle_values(&surface.mesh, &of_surface.values, mesh, &mut found.values);
+    }
 }
 
 /// What became of the volume, and what is not in an isosurface.

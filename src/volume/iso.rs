@@ -166,7 +166,8 @@ fn rarer_at_border(volume: &Volume, iso: f32) -> Inside {
     if above <= below { Inside::Above } else { Inside::Below }
 }
 
-fn no_surface(volume: &Volume, iso: f64) -> Error {
+/// The error for a value at which there is no surface.
+pub(super) fn no_surface(volume: &Volume, iso: f64) -> Error {
     let range = match volume.range() {
         Some([low, high]) => format!("all values go from {low} to {high}"),
         None => "no value is finite".to_owned(),

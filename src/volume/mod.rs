@@ -14,4 +14,4 @@ pub use labels::{
     label_surface_with_progress,
 };
 pub use several::ISO;
-pub(crate) use several::{JoinedSurfaces, join};
+pub(crate) use several::{JoinedSurfaces, check_values, join, settle_values};

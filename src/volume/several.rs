@@ -1,10 +1,14 @@
 //! The isosurfaces of several values in one mesh.
 
-use std::collections::HashSet;
-
 use super::IsoSurface;
+use super::iso::no_surface;
+use crate::io::Volume;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use crate::mesh::bvh::Bvh;
 use crate::mesh::position_key;
+use crate::mesh::quick_hash::QuickMap;
+use crate::mesh::repair::connected_components;
+use crate::mesh::submesh::without_unused_vertices;
 use crate::{Error, Result, TriMesh};
 
 /// The attribute of triangles with the value of their isosurface.
@@ -20,28 +24,63 @@ pub(crate) struct JoinedSurfaces {
     pub rim: Vec<u32>,
 }
 
-/// Isosurfaces with their values in one mesh, in which they have no vertices in common.
+/// Checks the values of isosurfaces before any of these is made.
 ///
 /// # Errors
-/// [`Error::Usage`] if two touch along edges, or more than one ends flat at the volume's border.
+/// [`Error::Usage`] for a value that is not finite or given twice, [`Error::Input`] for one beyond all values
+/// of the volume.
+pub(crate) fn check_values(volume: &Volume, values: &[f64]) -> Result<()> {
+    let range = volume.range().map(|range| range.map(f64::from));
+    for (k, iso) in values.iter().enumerate() {
+        if !iso.is_finite() {
+            return Err(Error::option("iso", format!("`iso` {iso} is not finite"), "give a number"));
+        }
+        if values[..k].contains(iso) {
+            return Err(Error::option("iso", format!("`iso` has {iso} twice"), "give each value once"));
+        }
+        if range.is_none_or(|[low, high]| *iso < low || *iso > high) {
+            return Err(no_surface(volume, *iso));
+        }
+    }
+    Ok(())
+}
+
+/// Isosurfaces with their values in one mesh, in which no vertex belongs to two of them.
+///
+/// # Errors
+/// [`Error::Usage`] if two touch along edges, or more than one ends flat at the volume's border;
+/// [`Error::Input`] for more vertices or corners of triangles than an index can count.
 pub(crate) fn join(surfaces: Vec<(f64, IsoSurface)>) -> Result<JoinedSurfaces> {
-    let names: Vec<String> = surfaces.iter().map(|(iso, _)| iso.to_string()).collect();
     if surfaces.iter().filter(|(_, surface)| !surface.rim.is_empty()).count() > 1 {
         let problem = "closed isosurfaces of several values would overlap at the volume's border";
         return Err(Error::usage(problem, "remove --closed, or give one value"));
     }
+    let size = |of: fn(&TriMesh) -> usize| surfaces.iter().map(|(_, own)| of(&own.mesh)).sum::<usize>();
+    let most = size(|mesh| mesh.vertices.len()).max(size(|mesh| 3 * mesh.triangles.len()));
+    if most >= u32::MAX as usize {
+        let problem = format!("the isosurfaces have {most} corners, more than an index can count");
+        return Err(Error::input(None, problem, "use a coarser grid or fewer values"));
+    }
+    let names: Vec<f64> = surfaces.iter().map(|(iso, _)| *iso).collect();
     let mut joined = JoinedSurfaces::default();
     let mut values = Vec::new();
-    let mut taken: HashSet<[u64; 3]> = HashSet::new();
+    // The surface that is known to have a vertex at each place.
+    let mut taken: QuickMap<[u64; 3], usize> = QuickMap::default();
     for (k, (iso, surface)) in surfaces.into_iter().enumerate() {
         let IsoSurface { mesh, rim, .. } = surface;
-        let is_shared: Vec<bool> = mesh.vertices.iter().map(|p| taken.contains(&position_key(*p))).collect();
-        let touches = |t: &[u32; 3]| t.iter().filter(|v| is_shared[**v as usize]).count() > 1;
-        if mesh.triangles.iter().any(touches) {
-            let problem = format!("the isosurfaces at {} touch", names[..=k].join(", "));
-            return Err(Error::usage(problem, "choose values that are farther apart"));
+        let owner = |v: &u32| taken.get(&position_key(mesh.vertices[*v as usize]));
+        let touching = mesh.triangles.iter().find_map(|t| {
+            let mut owners = t.iter().filter_map(owner);
+            owners.next().filter(|_| owners.next().is_some())
+        });
+        if let Some(other) = touching {
+            let problem = format!("the isosurfaces at {} and {iso} touch", names[*other]);
+            let remedy = "choose values that are farther apart, or run once for each value";
+            return Err(Error::usage(problem, remedy));
         }
-        taken.extend(mesh.vertices.iter().map(|p| position_key(*p)));
+        if k + 1 < names.len() {
+            taken.extend(mesh.vertices.iter().map(|p| (position_key(*p), k)));
+        }
         let (vertices, triangles) = (joined.mesh.vertices.len() as u32, joined.mesh.triangles.len() as u32);
         values.extend(std::iter::repeat_n(iso, mesh.triangles.len()));
         joined.rim.extend(rim.iter().map(|half| 3 * triangles + half));
@@ -50,4 +89,37 @@ pub(crate) fn join(surfaces: Vec<(f64, IsoSurface)>) -> Result<JoinedSurfaces> {
     }
     joined.attributes.face = vec![Attribute::new(ISO, Role::Other, Kind::F64, 1, values)];
     Ok(joined)
+}
+
+/// Gives all triangles of a connected component of `result` the same [`ISO`], that of the surface which the
+/// component is closest to. `values` are those of the triangles of `joined`, `found` those of the triangles
+/// of `result`: where surfaces are closer than its edges are long, some have that of another surface.
+pub(crate) fn settle_values(joined: &TriMesh, values: &[f64], result: &TriMesh, found: &mut [f64]) {
+    let (of_triangle, areas) = connected_components(result);
+    let mut triangles = vec![Vec::new(); areas.len()];
+    of_triangle.iter().enumerate().for_each(|(t, part)| triangles[*part as usize].push(t));
+    for part in triangles {
+        let mut candidates: Vec<f64> = part.iter().map(|t| found[*t]).collect();
+        candidates.sort_by(f64::total_cmp);
+        candidates.dedup();
+        if candidates.len() < 2 {
+            continue;
+        }
+        // Vertices lie on one side of a curved surface, and centres on the other.
+        let points = part.iter().flat_map(|t| {
+            let corners = result.corners(*t);
+            corners.into_iter().chain([corners.into_iter().sum::<glam::DVec3>() / 3.0; 3])
+        });
+        let distance = |iso: f64| {
+            let own = (0..values.len()).filter(|t| values[*t] == iso).map(|t| joined.triangles[t]).collect();
+            let bvh = Bvh::new(&without_unused_vertices(joined, own));
+            let mut rank = 0;
+            let square = |p| bvh.closest_from(p, &mut rank).map_or(0.0, |on| on.point.distance_squared(p));
+            points.clone().map(square).sum::<f64>()
+        };
+        let squares = candidates.iter().map(|iso| (distance(*iso), *iso));
+        if let Some((_, closest)) = squares.min_by(|a, b| a.0.total_cmp(&b.0)) {
+            part.iter().for_each(|t| found[*t] = closest);
+        }
+    }
 }

@@ -44,6 +44,28 @@ fn triangles_have_the_value_of_their_isosurface() {
 }
 
 #[test]
+fn surfaces_much_closer_than_an_edge_keep_their_values() {
+    let place = Place::new();
+    let ball = volume_of([24, 24, 24], |p| p.distance(DVec3::splat(11.5)) - 9.0);
+    std::fs::write(place.path("ball.npy"), npy(&ball)).unwrap();
+    // Edges of three voxels.
+    place.run("remesh ball.npy out.ply -n 300 --iso 0,0.2");
+    let found = read(place.path("out.ply")).unwrap();
+    let iso = found.attributes.face_named(ISO).unwrap();
+    let (mut sums, mut counts) = ([0.0_f64; 2], [0.0_f64; 2]);
+    for t in 0..found.mesh.triangles.len() {
+        let k = usize::from(iso.at(t)[0] > 0.1);
+        let corners = found.mesh.corners(t);
+        sums[k] += corners.into_iter().map(|p| p.distance(DVec3::splat(11.5))).sum::<f64>() / 3.0;
+        counts[k] += 1.0;
+    }
+    let vertices = |k: usize| counts[k] / 2.0 + 2.0;
+    assert!((vertices(0) + vertices(1) - 300.0).abs() < 1e-9, "{counts:?}");
+    let gap = sums[1] / counts[1] - sums[0] / counts[0];
+    assert!((gap - 0.2).abs() < 0.05, "{gap}");
+}
+
+#[test]
 fn isosurfaces_that_touch_are_refused() {
     let place = Place::new();
     let half = volume_of([12, 12, 12], |p| p.distance(DVec3::new(0.0, 5.4, 5.6)) - 4.0);
@@ -53,8 +75,10 @@ fn isosurfaces_that_touch_are_refused() {
     std::fs::write(place.path("steep.npy"), npy(&steep)).unwrap();
     for (arguments, said) in [
         ("half.npy o.ply -n 300 --iso 0,-1,0", "--iso has 0 twice"),
+        ("half.npy o.ply -n 300 --iso 0,nan", "--iso NaN is not finite"),
+        ("half.npy o.ply -n 300 --iso 0,5000", "no surface at 5000"),
         ("half.npy o.ply -n 300 --iso 0,-1 --closed", "would overlap at the volume's border"),
-        ("steep.npy o.ply -n 300 --iso 5,10", "the isosurfaces at 5, 10 touch"),
+        ("steep.npy o.ply -n 300 --iso 9000,5,10", "the isosurfaces at 5 and 10 touch"),
     ] {
         let refused = place.program(&format!("remesh {arguments}")).assert().code(2);
         refused.stderr(predicate::str::contains(said));
