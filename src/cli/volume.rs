@@ -143,7 +143,7 @@ impl VolumeArgs {
         mut progress: impl FnMut(Progress) -> Flow,
     ) -> Result<VolumeSurface> {
         let count = self.iso.len() as f64;
-        check_values(volume, &self.iso)?;
+        check_values(volume, &self.iso, closed)?;
         let mut inside = match self.inside {
             None => Inside::Automatic,
             Some(Side::Above) => Inside::Above,

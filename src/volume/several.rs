@@ -10,6 +10,7 @@ use crate::mesh::quick_hash::QuickMap;
 use crate::mesh::repair::connected_components;
 use crate::mesh::submesh::without_unused_vertices;
 use crate::{Error, Result, TriMesh};
+use rayon::prelude::*;
 
 /// The attribute of triangles with the value of their isosurface.
 pub const ISO: &str = "iso";
@@ -24,13 +25,19 @@ pub(crate) struct JoinedSurfaces {
     pub rim: Vec<u32>,
 }
 
-/// Checks the values of isosurfaces before any of these is made.
+/// Checks several values of isosurfaces before any of these is made; `closed` as in [`super::IsoOptions`].
 ///
 /// # Errors
 /// [`Error::Usage`] for a value that is not finite or given twice, [`Error::Input`] for one beyond all values
-/// of the volume.
-pub(crate) fn check_values(volume: &Volume, values: &[f64]) -> Result<()> {
-    let range = volume.range().map(|range| range.map(f64::from));
+/// of the volume, unless the surface may lie at its border.
+pub(crate) fn check_values(volume: &Volume, values: &[f64], closed: bool) -> Result<()> {
+    if values.len() < 2 {
+        return Ok(());
+    }
+    // Infinite values count, values that are no numbers do not.
+    let [low, high] = (volume.values.par_iter())
+        .fold(|| [f32::INFINITY, f32::NEG_INFINITY], |[low, high], v| [low.min(*v), high.max(*v)])
+        .reduce(|| [f32::INFINITY, f32::NEG_INFINITY], |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
     for (k, iso) in values.iter().enumerate() {
         if !iso.is_finite() {
             return Err(Error::option("iso", format!("`iso` {iso} is not finite"), "give a number"));
@@ -38,7 +45,7 @@ pub(crate) fn check_values(volume: &Volume, values: &[f64]) -> Result<()> {
         if values[..k].contains(iso) {
             return Err(Error::option("iso", format!("`iso` has {iso} twice"), "give each value once"));
         }
-        if range.is_none_or(|[low, high]| *iso < low || *iso > high) {
+        if !closed && !(low..=high).contains(&(*iso as f32)) {
             return Err(no_surface(volume, *iso));
         }
     }

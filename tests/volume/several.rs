@@ -76,15 +76,18 @@ fn isosurfaces_that_touch_are_refused() {
     for (arguments, said) in [
         ("half.npy o.ply -n 300 --iso 0,-1,0", "--iso has 0 twice"),
         ("half.npy o.ply -n 300 --iso 0,nan", "--iso NaN is not finite"),
-        ("half.npy o.ply -n 300 --iso 0,5000", "no surface at 5000"),
         ("half.npy o.ply -n 300 --iso 0,-1 --closed", "would overlap at the volume's border"),
         ("steep.npy o.ply -n 300 --iso 9000,5,10", "the isosurfaces at 5 and 10 touch"),
     ] {
         let refused = place.program(&format!("remesh {arguments}")).assert().code(2);
         refused.stderr(predicate::str::contains(said));
     }
+    let beyond = place.program("remesh half.npy o.ply -n 300 --iso 0,5000").assert().code(3);
+    beyond.stderr(predicate::str::contains("no surface at 5000"));
     // With one of them closed there is no overlap, nor where they are open.
     place.run("remesh half.npy o.ply -n 300 --iso 0,-1");
+    // The surface at -1, below all values, is that of the whole volume.
+    place.run("remesh steep.npy o.ply -n 300 --iso 5,-1 --closed --inside above");
     let inner = volume_of([12, 12, 12], |p| p.distance(DVec3::new(4.5, 5.4, 5.6)) - 3.0);
     std::fs::write(place.path("inner.npy"), npy(&inner)).unwrap();
     place.run("remesh inner.npy o.ply -n 300 --iso -1,2 --closed --inside below");
