@@ -77,7 +77,7 @@ class Thing:
         (lambda: rtfmesh.contour(GRID, 50), "give either `iso`, the value on the surface, or `labels=True`"),
         (lambda: rtfmesh.contour(GRID[0], 50, iso=0), "`values` has shape (4, 4); give one of shape"),
         (lambda: rtfmesh.contour("ct.nii", 50, iso=0), "`values` is 'ct.nii'; give an array"),
-        (lambda: rtfmesh.contour(GRID, 50, iso="bone"), "`iso` is 'bone'; give a number or several"),
+        (lambda: rtfmesh.contour(GRID, 50, iso="bone"), "`iso` is 'bone'; give a number"),
         (lambda: rtfmesh.contour(GRID, 50, iso=0, spacing=2), "`spacing` has shape (); give one of"),
         (lambda: rtfmesh.contour(GRID, 50, iso=0, affine=np.zeros((4, 4))), "`affine` must be an invertible"),
         (lambda: rtfmesh.contour(GRID, 50, iso=0, inside="left"), "`inside`"),
