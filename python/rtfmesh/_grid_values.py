@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,8 @@ class GridValues:
     """As in `Grid`."""
     arrays: Mapping[str, NDArray[Any]]
     """By name: shape (X, Y, Z, ...)."""
+    label_names: Mapping[str, list[str]] = field(default_factory=dict)
+    """As in `Attributes`."""
 
     def at(self, points: Vertices) -> dict[str, NDArray[Any]]:
         """The arrays at points, each of shape (P, ...): interpolated or, for labels, of the nearest node."""
@@ -57,21 +59,27 @@ def grid_values(
     attributes: Attributes | Mapping[str, Any] | bool | None,
     size: tuple[int, int, int],
     frame: list[list[float]],
+    grid: str = "`values`",
 ) -> list[GridValues]:
-    """The attributes of nodes that an argument has, checked."""
+    """The attributes of nodes that an argument has, checked; `grid` is what messages call the grid."""
     given = Attributes.of(attributes)
-    if given.face or given.uv is not None:
-        name = "face" if given.face else "uv"
-        raise InputError(f"`attributes.{name}` needs faces, which a volume does not have; remove it")
+    of_faces = {"face": given.face or None, "uv": given.uv, "materials": given.materials}
+    for name, value in of_faces.items():
+        if value is not None:
+            raise InputError(f"`attributes.{name}` needs faces, which a volume does not have; remove it")
     arrays = {}
     for name, value in given.vertex.items():
         array = as_array(value, f"attributes.vertex['{name}']")
         if array.shape[:3] != size:
-            have = f"shape {array.shape}, but `values` has {size}"
-            raise InputError(
-                f"`attributes.vertex['{name}']` has {have}; give an array of shape (X, Y, Z, ...)"
-            )
+            have = f"shape {array.shape}, but {grid} has {size}"
+            remedy = "give an array of shape (X, Y, Z, ...)"
+            if array.ndim == 1 and array.size == np.prod(size):
+                remedy = "give array.reshape((X, Y, Z), order='F') if x changes fastest"
+            raise InputError(f"`attributes.vertex['{name}']` has {have}; {remedy}")
         if array.dtype.kind not in "biufcUS":
-            raise InputError(f"`attributes.vertex['{name}']` has values of type {array.dtype}; give numbers")
+            raise InputError(
+                f"`attributes.vertex['{name}']` has values of type {array.dtype}; give numbers or strings"
+            )
         arrays[str(name)] = array
-    return [GridValues(frame, arrays)] if arrays else []
+    names = {name: of for name, of in given.label_names.items() if name in arrays}
+    return [GridValues(frame, arrays, names)] if arrays else []

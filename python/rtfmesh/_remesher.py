@@ -242,6 +242,7 @@ class Remesher:
         result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
         for values in carried:
             result.attributes.vertex.update(values.at(result.vertices))
+            result.attributes.label_names.update(values.label_names)
         return replace(result, correspondence=None, face_correspondence=None)
 
     def _run(

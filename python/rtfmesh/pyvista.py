@@ -8,6 +8,7 @@ even = mesh.rtfmesh.remesh(10_000)
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +17,7 @@ import pyvista
 from numpy.typing import NDArray
 
 from ._attributes import Attributes
-from ._errors import InputError
+from ._errors import InputError, MeshWarning
 from ._figures import inspect, measure
 from ._grid_values import GridValues, grid_values
 from ._objects import MeshLike, Shape
@@ -184,8 +185,15 @@ def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> tuple[Grid, 
 
 
 def further_values(image: pyvista.ImageData, taken: str) -> list[GridValues]:
-    """All arrays of an image but the one that is taken already."""
+    """All arrays of an image but the one that is taken already; of two with one name, that of points."""
     found = []
+    both = sorted((set(image.cell_data) & set(image.point_data)) - {taken, "vtkGhostType"})
+    if both:
+        warnings.warn(
+            f"points and cells have arrays named {', '.join(both)}; the result has those of points",
+            MeshWarning,
+            stacklevel=3,
+        )
     for data, is_of_points in ((image.cell_data, False), (image.point_data, True)):
         size, affine = nodes_of(image, is_of_points)
         arrays = {}
@@ -236,7 +244,7 @@ class ImageAccessor:
         carried = (
             further_values(self._image, name)
             if attributes is None or attributes is True
-            else grid_values(attributes, grid.size, grid.frame)
+            else grid_values(attributes, grid.size, grid.frame, "the grid")
         )
         told = Told(correspondence=False, distances=distances, progress=progress)
         wanted = dict(options)

@@ -72,6 +72,12 @@ def test_further_arrays_come_along(remesher):
     assert np.abs(found["rgb"] - index[:, :1]).max() <= 0.5 + 1e-9
 
 
+def test_names_of_labels_come_along(remesher):
+    given = {"vertex": {"organ": halves()}, "label_names": {"organ": ["air", "lung", "liver"]}}
+    found = remesher.contour(distances(), 300, iso=0, attributes=given).attributes
+    assert found.label_names == given["label_names"]
+
+
 def test_infinite_values_of_further_arrays_count_where_they_are(remesher):
     values = np.where(np.indices((23, 25, 22))[0] < 11, np.inf, 4.0)
     found = remesher.contour(distances(), 400, iso=0, attributes={"vertex": {"dose": values}})
@@ -90,7 +96,10 @@ def test_holes_in_further_arrays_stay_holes(remesher):
     ("attributes", "said"),
     [
         ({"vertex": {"dose": np.zeros((3, 3, 3))}}, r"'dose'\]` has shape \(3, 3, 3\), but `values` has"),
+        ({"vertex": {"dose": np.zeros(23 * 25 * 22)}}, r"give array.reshape\(\(X, Y, Z\), order='F'\)"),
         ({"vertex": {"dose": np.full((23, 25, 22), None)}}, r"'dose'\]` has values of type object"),
+        ({"uv": np.zeros((5, 3, 2))}, "`attributes.uv` needs faces"),
+        ({"materials": object()}, "`attributes.materials` needs faces"),
         ({"face": {"dose": np.zeros(5)}}, "`attributes.face` needs faces"),
         ({"dose": np.zeros(5)}, "its keys are"),
     ],
@@ -120,3 +129,17 @@ def test_arrays_of_images_come_along(remesher):
     assert not bare.point_data.keys() and np.array_equal(bare.points, made.points)
     several = image.rtfmesh.contour(400, iso=[-1, 1], scalars="distance", remesher=remesher)
     assert set(several.cell_data["iso"]) == {-1.0, 1.0} and "height" in several.point_data
+
+
+def test_arrays_of_points_come_before_those_of_cells(remesher):
+    pyvista = pytest.importorskip("pyvista")
+    image = pyvista.ImageData(dimensions=(23, 25, 22))
+    image.point_data["distance"] = distances().ravel(order="F")
+    image.point_data["dose"] = np.full(image.n_points, 1.0)
+    image.cell_data["dose"] = np.full(image.n_cells, 2.0)
+    with pytest.warns(rtfmesh.MeshWarning, match="points and cells have arrays named dose"):
+        made = image.rtfmesh.contour(300, iso=0, scalars="distance", remesher=remesher)
+    assert np.allclose(made.point_data["dose"], 1)
+    wrong = {"vertex": {"dose": np.zeros(5)}}
+    with pytest.raises(rtfmesh.InputError, match=r"but the grid has \(23, 25, 22\)"):
+        image.rtfmesh.contour(300, iso=0, scalars="distance", attributes=wrong, remesher=remesher)
