@@ -41,7 +41,7 @@ use locked::Locked;
 pub(crate) use quadric::{PulledSite, add_ridges, line_up, pull_sites};
 pub(crate) use relax::folds_or_flattens;
 use slide::{Aim, SlidingCurves};
-pub(crate) use smooth::smooth;
+pub(crate) use smooth::{is_to_be_smoothed, smooth};
 
 /// Rounds of [`polish`] that are left when a run finishes early.
 pub(crate) const FEW_ROUNDS: u32 = 4;

@@ -73,30 +73,33 @@ impl SlidingCurves {
         stars
     }
 
-    /// Moves every slider once.
+    /// Moves every slider once; returns those that have moved.
     pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],
         points: &mut [DVec3],
         lengths: &[f64],
         aim: Aim<'_>,
-    ) {
+    ) -> Vec<u32> {
+        let mut moved = Vec::new();
         if self.curves.is_empty() {
-            return;
+            return moved;
         }
         let stars = self.stars(triangles);
         let mut star = stars.iter();
         for SlidingCurve { line, sliders } in &mut self.curves {
             for k in 0..sliders.len() {
-                let Some(star) = star.next() else { return };
+                let Some(star) = star.next() else { return moved };
                 let (v, arc_length) = sliders[k];
                 let slider = Slider { v, arc_length, beside: beside(line, sliders, k), line, star, points };
                 if let Some((arc_length, to)) = slider.moved(lengths, aim) {
                     points[v as usize] = to;
                     sliders[k].1 = arc_length;
+                    moved.push(v);
                 }
             }
         }
+        moved
     }
 }
 

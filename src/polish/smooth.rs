@@ -33,8 +33,8 @@ const LARGE_ANGLE: f64 = 42.0;
 const FAIR_ANGLE: f64 = 36.0;
 /// A vertex whose triangles have a higher mean quality stays.
 const EVEN: f64 = 0.97;
-/// Around a vertex, the surface is flat if no triangle turns by more against it: the cosine of 2 degrees.
-const PLANE: f64 = 0.9994;
+/// Around a vertex, the mesh is flat if no triangle turns by more against it: the cosine of 0.008 degrees.
+const PLANE: f64 = 1.0 - 1e-8;
 /// Minimum gain of a move, in the sum of the qualities.
 const MIN_GAIN: f64 = 1e-3;
 /// Vertices at edges where the mesh turns by more move along these: the cosine of 18 degrees.
@@ -44,13 +44,21 @@ const FLAT: f64 = 0.95;
 const STRAIGHT: f64 = 0.9976;
 /// Vertices between two looks at the progress.
 const CHUNK: usize = 1024;
+/// Meshes with more vertices are not smoothed, since one thread does it.
+const MOST: usize = 50_000;
+
+/// Whether a mesh is smoothed: with curves or ridges, and of no more than 50,000 vertices.
+pub(crate) fn is_to_be_smoothed(constrained: &ConstrainedMesh) -> bool {
+    !constrained.curve_edges.is_empty() && constrained.mesh.vertices.len() <= MOST
+}
 
 /// Moves vertices so that the mean quality of the triangles rises.
 ///
-/// Vertices in smooth parts move over the surface, at the same distance from it; those on curves or straight
-/// ridges, along these. Around no vertex do more triangles get an angle above 90 or below 30 degrees, does an
+/// Vertices in smooth parts and on straight ridges move at the same distance from the surface, those on
+/// curves along these. Around no vertex do more triangles get an angle above 90 or below 30 degrees, does an
 /// angle below 36 degrees get smaller than all were, or does a triangle fold or leave a curved surface; nor
 /// does the mesh's smallest angle become smaller, up to 42 degrees. To finish early, passes are left out.
+/// Returns whether a vertex has moved.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -58,7 +66,7 @@ pub(crate) fn smooth(
     constrained: &mut ConstrainedMesh,
     target: &Target,
     progress: &ProgressToken,
-) -> Result<()> {
+) -> Result<bool> {
     let half_edges = constrained.take_half_edges();
     let done = smooth_half_edges(&half_edges, constrained, target, progress);
     constrained.keep_half_edges(half_edges);
@@ -70,7 +78,7 @@ fn smooth_half_edges(
     constrained: &mut ConstrainedMesh,
     target: &Target,
     progress: &ProgressToken,
-) -> Result<()> {
+) -> Result<bool> {
     let ConstrainedMesh { mesh, fixed, cache, sliding_curves, .. } = &mut *constrained;
     let points = &mut mesh.vertices;
     let count = points.len();
@@ -78,6 +86,7 @@ fn smooth_half_edges(
     let ranks = &mut cache.ranks.take(count);
     let is_free: Vec<bool> = (0..count).map(|v| !is_fixed(half_edges, fixed, v)).collect();
     let mut is_due = is_free.clone();
+    let mut has_any_moved = false;
     let smallest = half_edges.triangles.par_iter().map(|t| smallest_angle(t.map(|v| points[v as usize])));
     let most_cosine = smallest.reduce(|| LARGE_ANGLE, f64::min).max(FAIR_ANGLE).to_radians().cos();
     for _ in 0..PASSES {
@@ -93,19 +102,19 @@ fn smooth_half_edges(
                 has_moved[v] = improve((half_edges, points), v as u32, most_cosine, (target, &mut ranks[v]));
             }
         }
-        curves.slide(&half_edges.triangles, points, &[], Aim::Mean(target, most_cosine));
-        for v in (0..count).filter(|v| has_moved[*v]) {
-            for w in half_edges.ring(v as u32).map(|h| half_edges.origin(next(h)) as usize) {
-                is_due[w] = is_free[w];
-            }
-            is_due[v] = is_free[v];
+        let slid = curves.slide(&half_edges.triangles, points, &[], Aim::Mean(target, most_cosine));
+        slid.into_iter().for_each(|v| has_moved[v as usize] = true);
+        let is_touched = |t: &&[u32; 3]| t.iter().any(|v| has_moved[*v as usize]);
+        for v in half_edges.triangles.iter().filter(is_touched).flatten() {
+            is_due[*v as usize] = is_free[*v as usize];
+            has_any_moved = true;
         }
     }
     cache.ranks.keep(std::mem::take(ranks));
     if !curves.curves.is_empty() {
         constrained.slide_to(curves.curves);
     }
-    Ok(())
+    Ok(has_any_moved)
 }
 
 /// Where a vertex may move.
@@ -135,7 +144,10 @@ fn improve(
     let mut closest = |p: DVec3| target.closest_with_normal(p, normal, patch, rank);
     let found = match freedom(half_edges, points, v) {
         Freedom::Nowhere => None,
-        Freedom::Along(direction) => search(&star, here, &[direction, -direction]),
+        Freedom::Along(direction) => search(&star, here, &[direction, -direction]).and_then(|to| {
+            let ((from, _), (onto, _)) = (closest(here)?, closest(to)?);
+            Some(onto + (here - from))
+        }),
         Freedom::Anywhere => search(&star, here, &around(normal)).and_then(|to| {
             let ((from, up), (onto, new_up)) = (closest(here)?, closest(to)?);
             Some(onto + new_up * (here - from).dot(up))
@@ -201,8 +213,10 @@ fn search(star: &Star, here: DVec3, directions: &[DVec3]) -> Option<DVec3> {
 mod tests {
     use super::*;
     use crate::TriMesh;
+    use crate::mesh::polyline::Polyline;
     use crate::mesh::quality::{Quality, quality};
     use crate::mesh::samples::sample;
+    use crate::polish::{CurveEdge, SlidingCurve};
     use rand::{RngExt, SeedableRng};
 
     const SIDE: u32 = 20;
@@ -276,6 +290,49 @@ mod tests {
             }
         }
         assert!(along > 5, "{along}");
+    }
+
+    #[test]
+    fn vertices_on_a_shallow_crease_stay_on_it() {
+        let slope = 0.03;
+        let roof = uneven_grid(|x| -slope * x.abs());
+        let (after, [before, now]) = smoothed(&roof, &roof);
+        assert!(now.mean_quality > before.mean_quality + 0.02, "{now:?}");
+        for (p, q) in after.vertices.iter().zip(&roof.vertices) {
+            assert!((p.z + slope * p.x.abs()).abs() < 1e-9, "{p} is off the roof");
+            assert!(q.x != 0.0 || p.x.abs() < 1e-3, "{q} left the crease for {p}");
+        }
+    }
+
+    #[test]
+    fn vertices_on_a_curve_slide_along_it() {
+        let roof = uneven_grid(|x| -x.abs());
+        let on_ridge = |v: &u32| roof.vertices[*v as usize].x == 0.0;
+        let ridge: Vec<u32> = (0..roof.vertices.len() as u32).filter(on_ridge).collect();
+        let line = Polyline::new(vec![DVec3::new(0.0, -10.0, 0.0), DVec3::new(0.0, 10.0, 0.0)], false);
+        let arc_length = |v: u32| roof.vertices[v as usize].y + 10.0;
+        let sliders = ridge[1..ridge.len() - 1].iter().map(|v| (*v, arc_length(*v))).collect();
+        let edge =
+            |[a, b]: [u32; 2]| CurveEdge { ends: [a, b], curve: 0, from: arc_length(a), to: arc_length(b) };
+        let mut constrained = ConstrainedMesh {
+            fixed: (0..roof.vertices.len() as u32).map(|v| on_ridge(&v)).collect(),
+            curve_edges: ridge.windows(2).map(|pair| edge([pair[0], pair[1]])).collect(),
+            sliding_curves: vec![SlidingCurve { line, sliders }],
+            ..roof.clone().into()
+        };
+        assert!(is_to_be_smoothed(&constrained));
+        assert!(smooth(&mut constrained, &Target::new(&roof), &ProgressToken::default()).unwrap());
+        let after = &constrained.mesh.vertices;
+        let slid = ridge.iter().filter(|v| after[**v as usize] != roof.vertices[**v as usize]).count();
+        assert!(slid > 5, "{slid}");
+        for CurveEdge { ends, from, to, .. } in &constrained.curve_edges {
+            for (v, arc_length) in ends.iter().zip([from, to]) {
+                let on = DVec3::new(0.0, arc_length - 10.0, 0.0);
+                assert!(after[*v as usize].distance(on) < 1e-12, "{} is not at {on}", after[*v as usize]);
+            }
+        }
+        let [before, now] = [&roof, &constrained.mesh].map(|mesh| quality(mesh).unwrap().mean_quality);
+        assert!(now > before + 0.02, "{before} to {now}");
     }
 
     #[test]

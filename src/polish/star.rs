@@ -67,14 +67,19 @@ impl Star {
         before.into_iter().zip(after).any(|(before, after)| after > before + rounding)
     }
 
-    /// Points of the triangles of a vertex at `p`: their centres, and the middles of its edges.
+    /// Points of the triangles of a vertex at `p`: this, their centres, and the middles of its edges.
     fn samples(&self, p: DVec3) -> impl Iterator<Item = DVec3> {
-        self.edges.iter().flat_map(move |[q, r]| [(p + *q + *r) / 3.0, p.midpoint(*q)])
+        let is_last = |r: &DVec3| self.edges.iter().all(|[q, _]| q != r);
+        let of_triangle = move |[q, r]: &[DVec3; 2]| {
+            let last = is_last(r).then_some(p.midpoint(*r));
+            [(p + *q + *r) / 3.0, p.midpoint(*q)].into_iter().chain(last)
+        };
+        std::iter::once(p).chain(self.edges.iter().flat_map(of_triangle))
     }
 
     /// The length of the shortest edge at a vertex at `p`.
     pub fn shortest(&self, p: DVec3) -> f64 {
-        self.edges.iter().map(|[q, _]| q.distance(p)).fold(f64::INFINITY, f64::min)
+        self.edges.iter().flatten().map(|q| q.distance(p)).fold(f64::INFINITY, f64::min)
     }
 
     /// The sum of the qualities with the vertex at `p`; `None` if more triangles had an angle above 90 or

@@ -1,6 +1,6 @@
 //! Whole runs of the default pipeline on the built-in models.
 
-use crate::support::shapes::{globe, moved, sphere, union};
+use crate::support::shapes::{globe, moved, prism, regular, sphere, union};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::gpu::{Device, DeviceOptions};
@@ -199,8 +199,21 @@ fn fitting_brings_the_faces_closer_and_without_it_vertices_stay_on_the_surface()
     let fitted = run(&input, &Options::new(900)).summary.output.distances.unwrap();
     let plain = run(&input, &Options::new(900).fit(false));
     assert!(fitted.rms < 0.8 * plain.summary.output.distances.unwrap().rms);
-    let surface = rtfmesh::mesh::bvh::Bvh::new(&input);
-    for v in &plain.mesh.vertices {
+    are_on(&plain.mesh, &input);
+}
+
+#[test]
+fn without_fitting_vertices_between_creases_stay_on_the_surface() {
+    // Its rims are curves, the edges along it are ridges between them.
+    let tube = prism(&regular(16), 1.5);
+    let plain = run(&tube, &Options::new(900).fit(false));
+    assert_eq!(plain.summary.features.unwrap().curves, 2);
+    are_on(&plain.mesh, &tube);
+}
+
+fn are_on(mesh: &TriMesh, surface: &TriMesh) {
+    let surface = rtfmesh::mesh::bvh::Bvh::new(surface);
+    for v in &mesh.vertices {
         assert!(surface.closest(*v).unwrap().distance_sq.sqrt() < 1e-6, "{v} is off the surface");
     }
 }

@@ -124,8 +124,7 @@ impl CoarseToFine<'_> {
                 add_ridges(&mut now.mesh);
             }
             if is_kept && (found.faces == 0 || !self.is_replaced_as_a_whole(&now)) {
-                self.mend(&mut now, found.faces, reporting)?;
-                self.smooth(&mut now, found.faces, reporting)?;
+                self.mend_and_smooth(&mut now, found.faces, reporting)?;
             }
             now.fault = self.find_fault(&now, &found, reporting)?;
             return Ok(now);

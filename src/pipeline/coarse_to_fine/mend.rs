@@ -6,66 +6,79 @@ use super::shared::CoarseToFine;
 use crate::local::{MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
 use crate::mesh::submesh::used_vertices;
-use crate::polish::{ConstrainedMesh, smooth};
+use crate::polish::{ConstrainedMesh, is_to_be_smoothed, smooth};
 use crate::sites::on_surface::SitesOnSurface;
-use crate::{Phase, ProgressToken, Result, TriMesh};
-
-/// Meshes with more vertices are not smoothed, since one thread does it.
-const MOST_SMOOTHED: usize = 50_000;
+use crate::{Phase, ProgressToken, Result, Sizing, TriMesh};
 
 impl CoarseToFine<'_> {
-    /// Mends small angles, unless more faces then intersect in the input's units where none of the input do:
-    /// `intersecting` do now. The sites of the level are then the mesh's vertices.
-    pub(super) fn mend(
+    /// Mends small angles, then smooths: each unless more faces then intersect in the input's units where
+    /// none of the input do. `intersecting` do now.
+    pub(super) fn mend_and_smooth(
         &self,
         now: &mut Improved,
         intersecting: usize,
         reporting: &mut Reporting,
     ) -> Result<()> {
         reporting.pass(Phase::Mend, reporting.cost.mend, |progress| {
-            let before = now.mesh.clone();
-            let mut mended = self.mend_mesh(&mut now.mesh, now.spacing, progress)?;
-            if mended.origins.is_empty() {
-                return Ok(());
-            }
-            // Sites without a triangle, in a component that local operations replace, are counted on.
-            let unused = unused_vertices(&before.mesh);
-            now.mesh.mesh.vertices.extend(unused.iter().map(|v| before.mesh.vertices[*v as usize]));
-            now.mesh.lengths.extend(unused.iter().filter_map(|v| before.lengths.get(*v as usize)));
-            mended.origins.extend(unused);
-            let count = now.intersecting_faces;
-            if count.is_some() && self.new_intersections(now, None, progress)?.len() > intersecting {
-                (now.mesh, now.intersecting_faces) = (before, count);
-            } else {
-                self.renew_sites(&mut now.level, &now.mesh.mesh, &mended.origins);
-                now.mended = Some(mended);
-            }
-            Ok(())
+            let intersecting = self.mend(now, intersecting, progress)?;
+            self.smooth(now, intersecting, progress)
         })
     }
 
-    /// Raises the mean quality of the triangles between curves, unless more faces then intersect than
-    /// `intersecting`, as for [`CoarseToFine::mend`].
-    pub(super) fn smooth(
-        &self,
-        now: &mut Improved,
-        intersecting: usize,
-        reporting: &mut Reporting,
-    ) -> Result<()> {
-        let mesh = &now.mesh;
-        let is_smooth = mesh.curve_edges.is_empty() || mesh.mesh.vertices.len() > MOST_SMOOTHED;
-        let has_polish = self.context.options.coarse_to_fine.polish_rounds > 0;
-        if is_smooth || !has_polish || self.context.deviation.is_some() {
+    /// Mends small angles. The sites of the level are then the mesh's vertices. Returns how many faces
+    /// intersect then.
+    fn mend(&self, now: &mut Improved, intersecting: usize, progress: &ProgressToken) -> Result<usize> {
+        let before = now.mesh.clone();
+        let mut mended = self.mend_mesh(&mut now.mesh, now.spacing, progress)?;
+        if mended.origins.is_empty() {
+            return Ok(intersecting);
+        }
+        // Sites without a triangle, in a component that local operations replace, are counted on.
+        let unused = unused_vertices(&before.mesh);
+        now.mesh.mesh.vertices.extend(unused.iter().map(|v| before.mesh.vertices[*v as usize]));
+        now.mesh.lengths.extend(unused.iter().filter_map(|v| before.lengths.get(*v as usize)));
+        mended.origins.extend(unused);
+        let left = self.fewer_intersections(now, before, intersecting, progress)?;
+        if let Some(left) = left {
+            self.renew_sites(&mut now.level, &now.mesh.mesh, &mended.origins);
+            now.mended = Some(mended);
+            return Ok(left);
+        }
+        Ok(intersecting)
+    }
+
+    /// Raises the mean quality of the triangles between curves.
+    fn smooth(&self, now: &mut Improved, intersecting: usize, progress: &ProgressToken) -> Result<()> {
+        let method = &self.context.options.coarse_to_fine;
+        // Distances count more.
+        let is_within = matches!(method.sizing, Sizing::Deviation(_));
+        let is_sound = now.intersecting_faces.is_some();
+        if !is_to_be_smoothed(&now.mesh) || method.polish_rounds == 0 || is_within || !is_sound {
             return Ok(());
         }
-        reporting.progress.during(|progress| {
-            let (before, count) = (now.mesh.clone(), now.intersecting_faces);
-            smooth(&mut now.mesh, &self.model.target, progress)?;
-            if self.new_intersections(now, None, progress)?.len() > intersecting {
-                (now.mesh, now.intersecting_faces) = (before, count);
-            }
-            Ok(())
-        })
+        let before = now.mesh.clone();
+        if smooth(&mut now.mesh, &self.model.target, progress)? {
+            self.fewer_intersections(now, before, intersecting, progress)?;
+        }
+        Ok(())
+    }
+
+    /// How many faces intersect where none of the input do, if these are at most so many; otherwise the mesh
+    /// is again what it was before. Those of a mesh that is not sound are not counted.
+    fn fewer_intersections(
+        &self,
+        now: &mut Improved,
+        before: ConstrainedMesh,
+        most: usize,
+        progress: &ProgressToken,
+    ) -> Result<Option<usize>> {
+        let Some(count) = now.intersecting_faces else { return Ok(Some(most)) };
+        let found = self.new_intersections(now, None, progress)?.len();
+        if found > most {
+            (now.mesh, now.intersecting_faces) = (before, Some(count));
+            return Ok(None);
+        }
+        Ok(Some(found))
     }
 
     fn mend_mesh(

@@ -15,9 +15,10 @@ use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
 use crate::polish::{
-    ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve, smooth,
+    ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve, is_to_be_smoothed,
+    smooth,
 };
-use crate::{Options, ProgressToken, Result, TriMesh};
+use crate::{Options, ProgressToken, Result, Sizing, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::OnceCell;
@@ -34,6 +35,8 @@ pub(crate) struct ComponentTarget<'a> {
     pub fit: bool,
     /// Triangles with a smaller angle are mended.
     pub min_angle: f64,
+    /// Whether the mesh is smoothed in the end.
+    pub smooths: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
     /// From the input's units to those of the component.
@@ -63,6 +66,7 @@ impl<'a> ComponentTarget<'a> {
             polish_rounds: method.polish_rounds,
             fit: method.fit,
             min_angle: method.min_angle,
+            smooths: method.polish_rounds > 0 && !matches!(method.sizing, Sizing::Deviation(_)),
             spacing,
             frame,
             closely: false,
@@ -369,8 +373,16 @@ fn mend_component(
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
     let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
-    let is_worse = |mesh: &TriMesh, before: &TriMesh| -> Result<bool> {
-        Ok(count(mesh)? > count(before)? || !topology(mesh).matches(surface))
+    let mut intersecting = None;
+    let mut is_worse = |mesh: &TriMesh, before: &TriMesh| -> Result<bool> {
+        let most = match intersecting {
+            Some(most) => most,
+            None => count(before)?,
+        };
+        let found = count(mesh)?;
+        let is_worse = found > most || !topology(mesh).matches(surface);
+        intersecting = Some(if is_worse { most } else { found });
+        Ok(is_worse)
     };
     let before = local.clone();
     let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing, deviation: None };
@@ -378,12 +390,12 @@ fn mend_component(
     if mended.edits > 0 && is_worse(&local.mesh, &before.mesh)? {
         local = before;
     }
-    if local.curve_edges.is_empty() || target.polish_rounds == 0 {
+    if !target.smooths || !is_to_be_smoothed(&local) {
         return Ok(local.mesh);
     }
     let before = local.mesh.clone();
-    smooth(&mut local, on, progress)?;
-    Ok(if is_worse(&local.mesh, &before)? { before } else { local.mesh })
+    let has_moved = smooth(&mut local, on, progress)?;
+    Ok(if has_moved && is_worse(&local.mesh, &before)? { before } else { local.mesh })
 }
 
 /// Fixes the vertices of these faces and [`RINGS`] rings around them.
