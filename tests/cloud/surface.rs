@@ -32,7 +32,7 @@ fn normals_agree_with_those_of_the_mesh() {
 
 #[test]
 fn normals_of_random_signs_are_found_anew_and_right_ones_stay() {
-    for name in ["torus", "genus3", "box"] {
+    for name in ["genus3", "box"] {
         let right = sampled(&sample(name).unwrap(), 8000, 1);
         let found = surface(&right, &default()).unwrap();
         assert!(!found.normals_disagree, "{name}");

@@ -115,7 +115,7 @@ fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {
         let options = Options::new(vertices).shortage(shortage).measures(MeasureDepth::Full);
         let mut looks = 0;
         remesh_with_progress(device(), input, &options, |_| looks += 1).unwrap();
-        for last in (1..looks).step_by(1 + looks / 5) {
+        for last in (1..looks).step_by(1 + looks / 3) {
             let mut asked = 0;
             let stopped = remesh_with_progress(device(), input, &options, |_| {
                 asked += 1;
@@ -140,7 +140,7 @@ fn a_run_in_trouble_that_is_to_finish_does_so_at_every_look() {
         let options = Options::new(vertices).shortage(shortage).measures(MeasureDepth::Full);
         let mut looks = 0;
         let whole = remesh_with_progress(device(), input, &options, |_| looks += 1).unwrap().summary;
-        for first in (1..looks).step_by(1 + looks / 8) {
+        for first in (1..looks).step_by(1 + looks / 4) {
             let (mut asked, mut attempts) = (0, Vec::new());
             let done = remesh_with_progress(device(), input, &options, |now: Progress| {
                 asked += 1;

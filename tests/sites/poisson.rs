@@ -71,16 +71,16 @@ fn a_seed_has_its_points() {
 fn it_can_be_cancelled() {
     let surface = on(&sample("torus").unwrap());
     let begin = Instant::now();
-    scattered(&surface, 100_000, 1);
+    scattered(&surface, 20_000, 1);
     let tenth = begin.elapsed();
     let progress = ProgressToken::default();
     let (found, after) = std::thread::scope(|scope| {
         let canceller = scope.spawn(|| {
-            std::thread::sleep(Duration::from_millis(50));
+            std::thread::sleep(Duration::from_millis(10));
             progress.cancel();
             Instant::now()
         });
-        let found = disks(&surface, 1_000_000, 1, &progress);
+        let found = disks(&surface, 200_000, 1, &progress);
         (found, canceller.join().unwrap().elapsed())
     });
     assert!(matches!(found, Err(Error::Cancelled)));
