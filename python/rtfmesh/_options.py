@@ -132,6 +132,10 @@ class Options(TypedDict, total=False):
     """Remove components below this fraction of the input's area [default: 0]."""
     smooth_boundary: float | None
     """Smooth ragged boundaries by at most this fraction of the diagonal [default: 0]."""
+    fill_holes: float | str | None
+    """Fill holes up to this size across, in input units or as % of the diagonal. 100% fills all. A patch
+    follows the surface around its hole. Of points, gaps up to six times the distance between them are
+    always closed."""
     vertices_at_least: bool | None
     """Add vertices if N is too small for a valid mesh."""
     strict: bool | None

@@ -141,7 +141,6 @@ def reconstruct(
     *,
     normals: ArrayLike | None = None,
     closed: bool = False,
-    fill_holes: float | str | None = None,
     points_as: str = "auto",
     attributes: Attributes | Mapping[str, Any] | bool | None = None,
     distances: bool = False,
@@ -168,9 +167,6 @@ def reconstruct(
         from the points, which sheets closer than two distances between points are too close for.
     closed
         Whether to close all holes.
-    fill_holes
-        Close holes up to this size, the diagonal of the box around one: in the points' units, or as "1%" of
-        the points' own diagonal. Gaps of up to six distances between points are closed in any case.
     points_as
         What the points show: "terrain", seen along z, has one height at each place, of ground and roofs,
         without trees and noise; "object" has a surface through all points; "auto" is a terrain if the points
@@ -184,7 +180,8 @@ def reconstruct(
         As in `remesh`.
     **options
         As in `remesh`. There are no sharp edges unless `feature_angle` is
-        given. `sizing` may be an array of shape (P,).
+        given. `sizing` may be an array of shape (P,). `fill_holes="5%"` closes holes up to this size, the
+        diagonal of the box around one; gaps of up to six distances between points are closed in any case.
 
     Returns
     -------
@@ -202,7 +199,7 @@ def reconstruct(
     """
     told = Told(correspondence=False, distances=distances, progress=progress)
     at, normals, given = given_points(points, normals, attributes)
-    known, wanted = (normals, closed, fill_holes, points_as), dict(options)
+    known, wanted = (normals, closed, points_as), dict(options)
     return warned(
         on_shared(
             device,

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 # What is known of points without faces: normals, whether to close all holes, the size of holes to close, and
 # what the points show.
-Points = tuple["Vertices | None", bool, "str | None", str]
+Points = tuple["Vertices | None", bool, str]
 
 
 @dataclass
@@ -164,7 +164,6 @@ class Remesher:
         *,
         normals: ArrayLike | None = None,
         closed: bool = False,
-        fill_holes: float | str | None = None,
         points_as: str = "auto",
         attributes: Attributes | Mapping[str, Any] | bool | None = None,
         distances: bool = False,
@@ -174,19 +173,19 @@ class Remesher:
         """As `rtfmesh.reconstruct`, on this device."""
         told = Told(correspondence=False, distances=distances, progress=progress)
         at, normals, given = given_points(points, normals, attributes)
-        known = (normals, closed, fill_holes, points_as)
+        known = (normals, closed, points_as)
         return warned(self._reconstruct(at, n, known, given, told, dict(options)))
 
     def _reconstruct(
         self,
         points: ArrayLike,
         n: int | str | None,
-        known: tuple[ArrayLike | None, bool, float | str | None, str],
+        known: tuple[ArrayLike | None, bool, str],
         attributes: Attributes,
         told: Told,
         wanted: dict[str, Any],
     ) -> Result:
-        normals, closed, fill_holes, points_as = known
+        normals, closed, points_as = known
         positions = real_numbers(points, "points", (None, 3))
         for name in ("features", "keep", "only"):
             if not is_word(wanted.get(name)):
@@ -194,7 +193,6 @@ class Remesher:
         asked = (
             None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
             truth(closed, "closed"),
-            None if fill_holes is None else word("fill_holes", fill_holes),
             word("points_as", points_as),
         )
         faces = np.empty((0, 3), np.uint32)

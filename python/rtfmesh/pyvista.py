@@ -113,7 +113,6 @@ def reconstructed(
     n: int | str | None,
     *,
     closed: bool = False,
-    fill_holes: float | str | None = None,
     points_as: str = "auto",
     distances: bool = False,
     progress: bool | Callback = False,
@@ -127,7 +126,7 @@ def reconstructed(
     own = None if normals is None else points.point_data.active_normals_name
     vertex = {name: np.asarray(points.point_data[name]) for name in points.point_data if name != own}
     told = Told(correspondence=False, distances=distances, progress=progress)
-    known = (None if normals is None else np.asarray(normals), closed, fill_holes, points_as)
+    known = (None if normals is None else np.asarray(normals), closed, points_as)
     wanted = dict(options)
 
     def run(remesher: Remesher) -> Result:
@@ -148,7 +147,7 @@ class PointsAccessor:
         """A surface of exactly `n` points, in well-shaped triangles, through these.
 
         Active normals are taken for outward ones. The other arrays come along by the nearest point, field
-        data too. `closed`, `fill_holes`, `points_as` and all other arguments, and what is raised, are as in
+        data too. `closed`, `points_as` and all other arguments, and what is raised, are as in
         `rtfmesh.reconstruct`; `remesher` is a `rtfmesh.Remesher` to use.
         """
         return reconstructed(self._points, n, **wanted)

@@ -14,8 +14,8 @@ use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{CellKind, CellMesh, CorrespondenceRequest, Error, FeatureLines, Flow, Progress, TriMesh};
 use std::time::Instant;
 
-/// Normals (P x 3), whether to close all holes, the size of holes to close, what the points show.
-type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>, String);
+/// Normals (P x 3), whether to close all holes, what the points show.
+type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, String);
 
 /// Values, those along the first axis side by side; nodes along the axes; from their indices to places,
 /// 4 x 4; the values on the surfaces, or none for labels; the side of the object; whether to close it at the
@@ -81,7 +81,7 @@ pub fn remesh<'py>(
         loaded,
         source: match (&request.points, &request.values) {
             (Some(points), _) => Source::Points(given_points(py, points)?),
-            (None, Some(values)) => Source::Values(given_values(py, values)?),
+            (None, Some(values)) => Source::Values(Box::new(given_values(py, values)?)),
             (None, None) => Source::Mesh,
         },
         sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
@@ -136,11 +136,11 @@ fn cells(py: Python<'_>, found: CellMesh) -> PyResult<Cells<'_>> {
 /// What is known of points.
 ///
 /// # Errors
-/// `InputError` for a size of holes or a kind that is none.
+/// `InputError` for a kind that is none.
 fn given_points(py: Python<'_>, given: &GivenPoints<'_>) -> PyResult<Points> {
-    let (normals, closed, fill_holes, kind) = given;
+    let (normals, closed, kind) = given;
     let normals = normals.as_ref().map(positions).transpose()?.unwrap_or_default();
-    Points::new(normals, *closed, fill_holes.as_deref(), kind).map_err(|error| exception(py, &error))
+    Points::new(normals, *closed, kind).map_err(|error| exception(py, &error))
 }
 
 /// A volume, and which surface in it is wanted.

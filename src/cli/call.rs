@@ -94,7 +94,7 @@ pub enum Source {
     /// The mesh's vertices.
     Points(Points),
     /// Values on a grid.
-    Values(Values),
+    Values(Box<Values>),
 }
 
 /// Values on a grid, and which surface in them is wanted.
@@ -132,13 +132,13 @@ pub struct Points {
 }
 
 impl Points {
-    /// Points with these normals. `closed`, `fill_holes` and `points_as` are the values of these options;
-    /// the last two in their words.
+    /// Points with these normals. `closed` and `points_as` are the values of these options, the latter in its
+    /// words.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
-    pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
-        Ok(Self { normals, holes: HoleArgs::from_words(closed, fill_holes, points_as)? })
+    /// [`Error::Usage`] for a word that cannot be read.
+    pub fn new(normals: Vec<DVec3>, closed: bool, points_as: &str) -> Result<Self> {
+        Ok(Self { normals, holes: HoleArgs::from_words(closed, points_as)? })
     }
 
     /// These normals with the vertices of what was loaded, and their attributes.
@@ -223,7 +223,8 @@ impl Call {
         let (notes, source, sizing) = match &input.source {
             Source::Mesh => (loaded.notes.clone(), SurfaceSource::Mesh(Cow::Borrowed(loaded)), sizing),
             Source::Points(points) => (Vec::new(), points.source(loaded), sizing),
-            Source::Values(Values { volume, args, closed }) => {
+            Source::Values(values) => {
+                let Values { volume, args, closed } = values.as_ref();
                 let volume = Cow::Borrowed(volume);
                 (Vec::new(), SurfaceSource::Volume { volume, args, closed: *closed }, None)
             }

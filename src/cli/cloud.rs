@@ -3,7 +3,6 @@
 use super::files::input_name;
 use super::heading::INPUT;
 use super::job::SurfaceSource;
-use super::target_count::length;
 use crate::error::shown;
 use crate::grammar::counted;
 use clap::ValueEnum;
@@ -12,7 +11,7 @@ use rtfmesh::cloud::{
 };
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Flow, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
+use rtfmesh::{Error, Flow, Length, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -26,11 +25,6 @@ pub struct HoleArgs {
     /// Points: close all holes of the surface; volumes: close it at the border
     #[arg(long, conflicts_with = "fill_holes", hide_short_help = true)]
     closed: bool,
-    /// Points: close holes up to this size, in input units or as % of the diagonal
-    ///
-    /// Gaps up to six times the distance between points are always closed.
-    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
-    fill_holes: Option<Size>,
     /// Points: what they show
     #[arg(long, value_name = "KIND", default_value = "auto", hide_short_help = true)]
     points_as: PointsAs,
@@ -49,20 +43,15 @@ enum PointsAs {
 }
 
 impl HoleArgs {
-    /// As the options of these names say, `fill_holes` and `points_as` in their words.
+    /// As the options of these names say, `points_as` in its words.
     ///
     /// # Errors
-    /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
-    pub fn from_words(closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
-        if closed && fill_holes.is_some() {
-            return Err(Error::usage("--closed and --fill-holes exclude each other", "remove one of them"));
-        }
+    /// [`Error::Usage`] for a word that cannot be read.
+    pub fn from_words(closed: bool, points_as: &str) -> Result<Self> {
         let points_as = PointsAs::from_str(points_as, false).map_err(|_| {
             Error::usage(format!("--points-as: unknown kind {points_as}"), "use auto, terrain or object")
         })?;
-        let unread = |text: &str, why| Error::usage(format!("--fill-holes: {text} is not a length"), why);
-        let fill_holes = fill_holes.map(|text| length(text).map_err(|why: String| unread(text, why)));
-        Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as })
+        Ok(Self { closed, points_as })
     }
 
     /// What was loaded as a mesh, or as points if it has no faces.
@@ -73,11 +62,11 @@ impl HoleArgs {
         }
     }
 
-    fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
-        let holes = match self.fill_holes {
+    fn options(&self, cloud: &PointCloud, fill_holes: Option<Length>) -> Result<SurfaceOptions> {
+        let holes = match fill_holes {
             _ if self.closed => f64::INFINITY,
-            Some(Size::EdgeLength(length)) => length,
-            Some(Size::RelativeEdgeLength(share)) => {
+            Some(Length::Units(length)) => length,
+            Some(Length::OfDiagonal(share)) => {
                 let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
                 points.bounds().map_or(0.0, |[low, high]| share * high.distance(low))
             }
@@ -92,12 +81,20 @@ impl HoleArgs {
         options.validate().map(|()| options)
     }
 
-    /// A surface through points, with what became of them as notes.
+    /// A surface through points, with holes filled up to this size, and with what became of them as notes.
     ///
     /// # Errors
-    /// Those of [`surface_with_progress`].
-    pub fn surface(&self, cloud: &PointCloud, progress: impl FnMut(Progress) -> Flow) -> Result<Loaded> {
-        let found = surface_with_progress(cloud, &self.options(cloud)?, progress)?;
+    /// Those of [`surface_with_progress`]; [`Error::Usage`] if all holes are to be closed and some as well.
+    pub fn surface(
+        &self,
+        cloud: &PointCloud,
+        fill_holes: Option<Length>,
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<Loaded> {
+        if self.closed && fill_holes.is_some() {
+            return Err(Error::usage("--closed and --fill-holes exclude each other", "remove one of them"));
+        }
+        let found = surface_with_progress(cloud, &self.options(cloud, fill_holes)?, progress)?;
         let (notes, warnings) = (surface_notes(cloud, &found), surface_warnings(cloud, &found));
         Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, warnings, unread_images: 0 })
     }
@@ -121,11 +118,8 @@ impl CloudArgs {
     /// # Errors
     /// [`Error::Usage`] for options of points alone.
     pub fn closes_volume(&self, input: &Path) -> Result<bool> {
-        let given = [
-            ("--fill-holes", self.holes.fill_holes.is_some()),
-            ("--points-as", self.holes.points_as != PointsAs::Auto),
-            ("--normals-only", self.normals_only),
-        ];
+        let given =
+            [("--points-as", self.holes.points_as != PointsAs::Auto), ("--normals-only", self.normals_only)];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.holes.closed) };
         let input = shown(input_name(input));
         Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "remove it"))
@@ -153,14 +147,14 @@ impl CloudArgs {
     fn refuse_mesh(&self, loaded: &Loaded, input: &Path) -> Result<()> {
         let given = [
             ("--closed", self.holes.closed),
-            ("--fill-holes", self.holes.fill_holes.is_some()),
             ("--points-as", self.holes.points_as != PointsAs::Auto),
             ("--normals-only", self.normals_only),
         ];
         let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
         let Some((name, _)) = given else { return Ok(()) };
         let problem = format!("{name} works only with points, and {} has faces", shown(input_name(input)));
-        Err(Error::usage(problem, "remove it"))
+        let remedy = if *name == "--closed" { "use --fill-holes 100%" } else { "remove it" };
+        Err(Error::usage(problem, remedy))
     }
 
     /// Same as [`HoleArgs::source`].

@@ -219,13 +219,17 @@ impl<'a> Request<'a> {
                 self.size = size_by_points(self.size, cloud.points.len(), &self.options);
                 let has_sizing = self.sizing.is_some();
                 cloud.attributes.vertex.extend(self.sizing.take());
-                let mut made = holes.surface(&cloud, |now| run.update(now))?;
+                let fill_holes = self.options.fill_holes.take();
+                let mut made = holes.surface(&cloud, fill_holes, |now| run.update(now))?;
                 if has_sizing {
                     self.sizing = made.attributes.vertex.pop();
                 }
                 made
             }
             SurfaceSource::Volume { volume, args, closed } => {
+                if self.options.fill_holes.is_some() {
+                    return Err(Error::usage("--fill-holes does not work with volumes", "use --closed"));
+                }
                 let made = args.surface(&volume, closed, |now| run.update(now))?;
                 rim = Some(made.rim);
                 made.loaded

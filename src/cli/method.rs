@@ -1,15 +1,17 @@
 //! What the commands that remesh have in common: the settings of the method, and the device.
 
 use super::all_at_once::ResearchArgs;
-use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
+use super::heading::{DEVICE, FEATURES, SHAPE, SIZE};
 use super::progress::{RunProgress, patience};
 use super::refine::refinements;
+use super::repair::RepairArgs;
 use super::selection::{Selection, kept, selection};
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::{Input, Loaded, Reader};
 use rtfmesh::mesh::attributes::Attribute;
+use rtfmesh::mesh::repair::RepairOptions;
 use rtfmesh::options::Centroid;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
@@ -82,7 +84,7 @@ pub struct MethodArgs {
         hide_short_help = true)]
     points: Option<PathBuf>,
     /// Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match
-    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary"],
+    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary", "fill_holes"],
         hide_short_help = true)]
     keep_boundary: bool,
     /// Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME
@@ -90,25 +92,18 @@ pub struct MethodArgs {
     /// A label, group or material of triangles, or an attribute of triangles or vertices that is not 0 on
     /// them. May be given several times. The number of vertices is that of the whole result.
     #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
-        conflicts_with_all = ["local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+        conflicts_with_all = ["local", "smooth_boundary", "fill_holes", "max_deviation"],
+        hide_short_help = true)]
     keep: Vec<Selection>,
     /// Remesh only these triangles, and keep all others untouched; WHAT as for --keep
     #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
-        conflicts_with_all = ["keep", "local", "smooth_boundary", "max_deviation"], hide_short_help = true)]
+        conflicts_with_all = ["keep", "local", "smooth_boundary", "fill_holes", "max_deviation"],
+        hide_short_help = true)]
     only: Vec<Selection>,
     #[command(flatten)]
     sizing: SizingArgs,
-    /// Weld vertices closer than this fraction of the diagonal [default: 0]
-    ///
-    /// This closes cracks. The diagonal is that of the input's bounding box.
-    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
-    weld: Option<f64>,
-    /// Remove components below this fraction of the input's area [default: 0]
-    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
-    min_component: Option<f64>,
-    /// Smooth ragged boundaries by at most this fraction of the diagonal [default: 0]
-    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
-    smooth_boundary: Option<f64>,
+    #[command(flatten)]
+    repairs: RepairArgs,
     /// Add vertices if N is too small for a valid mesh
     #[arg(long, conflicts_with = "strict", help_heading = SIZE, hide_short_help = true)]
     vertices_at_least: bool,
@@ -208,9 +203,13 @@ impl MethodArgs {
         let put = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
         options.iterations = self.iterations.unwrap_or(options.iterations);
         put(self.tolerance, &mut options.tolerance);
-        put(self.weld, &mut options.weld);
-        put(self.min_component, &mut options.min_component);
-        put(self.smooth_boundary, &mut options.smooth_boundary);
+        RepairOptions {
+            weld: options.weld,
+            min_component: options.min_component,
+            smooth_boundary: options.smooth_boundary,
+            fill_holes: options.fill_holes,
+            ..
+        } = self.repairs.options();
         options.seed = self.seed.unwrap_or(options.seed);
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;

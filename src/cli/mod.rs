@@ -23,6 +23,7 @@ mod progress;
 mod refine;
 mod remesh;
 mod render;
+mod repair;
 mod sample;
 mod selection;
 mod shell;
@@ -80,6 +81,7 @@ const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND -
 enum Command {
     Remesh(remesh::Args),
     Batch(batch::Args),
+    Repair(repair::Args),
     Follow(follow::Args),
     Measure(measure::Args),
     Inspect(inspect::Args),
@@ -111,6 +113,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let outcome = match cli.command {
         Command::Remesh(args) => return tell_outcome(remesh::run(&args)),
         Command::Batch(args) => batch::run(&args),
+        Command::Repair(args) => repair::run(&args),
         Command::Follow(args) => follow::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),

@@ -77,7 +77,7 @@ fn how(text: &str) -> Result<How, String> {
     }
 }
 
-fn length(text: &str) -> Result<Length, String> {
+pub(super) fn length(text: &str) -> Result<Length, String> {
     match super::target_count::length(text)? {
         Size::RelativeEdgeLength(share) => Ok(Length::OfDiagonal(share)),
         Size::EdgeLength(length) => Ok(Length::Units(length)),

@@ -245,7 +245,10 @@ pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges:
     if half_edges.is_empty() {
         return Vec::new();
     }
-    let mut kept: Vec<(u32, u32)> = repaired.origin.iter().copied().zip(0..).collect();
+    // Triangles that fill holes have none of them.
+    let is_own = |t: &u32| !repaired.patches.contains(&(*t as usize));
+    let own = repaired.origin.iter().copied().zip(0..).filter(|(_, t)| is_own(t));
+    let mut kept: Vec<(u32, u32)> = own.collect();
     kept.sort_unstable();
     let of_one = |half: &u32| {
         let (triangle, side) = (half / 3, half % 3);

@@ -84,6 +84,13 @@ impl Options {
         self
     }
 
+    /// Sets [`crate::Options::fill_holes`].
+    #[must_use]
+    pub fn fill_holes(mut self, fill_holes: impl Into<Option<Length>>) -> Self {
+        self.fill_holes = fill_holes.into();
+        self
+    }
+
     /// Sets [`crate::Options::format`].
     #[must_use]
     pub fn format(mut self, format: impl Into<Option<Format>>) -> Self {

@@ -85,6 +85,8 @@ pub struct Options {
     /// Ragged boundaries of the input are smoothed by at most this fraction of the bounding box's diagonal; 0
     /// to below 1. 0 leaves them unchanged.
     pub smooth_boundary: f64,
+    /// Holes of the input are filled if the diagonal of their bounding box is at most this long.
+    pub fill_holes: Option<Length>,
     /// What to do if N is too small for a valid mesh.
     pub shortage: Shortage,
     /// Which measures are taken of the result.
@@ -138,6 +140,7 @@ impl Options {
             weld: 0.0,
             min_component: 0.0,
             smooth_boundary: 0.0,
+            fill_holes: None,
             shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
             accuracy: DEFAULT_ACCURACY,
@@ -210,6 +213,7 @@ impl Options {
             weld: self.weld,
             min_component: self.min_component,
             smooth_boundary: self.smooth_boundary,
+            fill_holes: self.fill_holes,
         }
     }
 
@@ -277,13 +281,19 @@ impl Options {
             let problem = "`symmetric` does not go together with `faces`";
             return Err(Error::option("symmetric", problem, "ask for a number of vertices"));
         }
-        if self.coarse_to_fine.keep_boundary && self.smooth_boundary > 0.0 {
-            let problem = "`keep_boundary` keeps what `smooth_boundary` moves";
-            return Err(Error::option("keep_boundary", problem, "remove one of them"));
-        }
-        if !self.coarse_to_fine.keep.is_empty() && self.smooth_boundary > 0.0 {
-            let problem = "`keep` keeps what `smooth_boundary` moves";
-            return Err(Error::option("keep", problem, "remove one of them"));
+        let kept = [
+            ("keep_boundary", self.coarse_to_fine.keep_boundary),
+            ("keep", !self.coarse_to_fine.keep.is_empty()),
+        ];
+        let changes = [
+            ("smooth_boundary` moves", self.smooth_boundary > 0.0),
+            ("fill_holes` closes", self.fill_holes.is_some()),
+        ];
+        for (name, _) in kept.into_iter().filter(|(_, is_set)| *is_set) {
+            if let Some((change, _)) = changes.iter().find(|(_, is_set)| *is_set) {
+                let problem = format!("`{name}` keeps what `{change}");
+                return Err(Error::option(name, problem, "remove one of them"));
+            }
         }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             let problem = format!("`tolerance` {} is out of range", self.tolerance);

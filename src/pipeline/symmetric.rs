@@ -144,6 +144,7 @@ fn half_options(options: &Options, vertices: usize) -> Options {
     half.vertices = vertices;
     half.coarse_to_fine.symmetric = None;
     (half.weld, half.min_component, half.smooth_boundary) = (0.0, 0.0, 0.0);
+    half.fill_holes = None;
     half.correspondence = CorrespondenceRequest::NONE;
     half.measures = MeasureDepth::Basic;
     half.format = None;

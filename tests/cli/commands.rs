@@ -90,7 +90,8 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
-        "weld": 0.0, "min_component": 0.0, "smooth_boundary": 0.0, "shortage": "best-effort",
+        "weld": 0.0, "min_component": 0.0, "smooth_boundary": 0.0, "fill_holes": null,
+        "shortage": "best-effort",
         "measures": "full", "accuracy": 0.01, "format": "ply",
         "faces": null,
         "correspondence": {"vertices": false, "faces": false},

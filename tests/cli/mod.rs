@@ -16,6 +16,7 @@ pub mod kept;
 #[cfg(unix)]
 pub mod odd_files;
 pub mod render;
+pub mod repair;
 pub mod shell;
 pub mod sizing;
 pub mod stop;

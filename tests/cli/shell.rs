@@ -2,9 +2,10 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "remesh",
     "batch",
+    "repair",
     "follow",
     "measure",
     "inspect",

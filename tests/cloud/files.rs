@@ -152,5 +152,5 @@ fn the_program_remeshes_points_and_writes_their_normals() {
     let no_mesh = || predicate::str::contains("no faces").and(predicate::str::contains("rtfmesh remesh"));
     place.program("measure torus.xyz").assert().code(3).stderr(no_mesh());
     let wrong = place.program("remesh out.ply again.ply --closed").assert().code(2);
-    wrong.stderr(predicate::str::contains("--closed works only with points"));
+    wrong.stderr(predicate::str::contains("use --fill-holes 100%"));
 }

@@ -5,6 +5,7 @@ pub mod correspondence;
 pub mod cracks;
 pub mod distance;
 pub mod features;
+pub mod fill_holes;
 pub mod follow;
 pub mod hausdorff;
 pub mod intersections;

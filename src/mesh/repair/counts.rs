@@ -31,6 +31,11 @@ pub struct RepairCounts {
     pub faces_turned: usize,
     /// Components that no turning makes agree.
     pub unorientable_components: usize,
+    /// Holes filled.
+    pub holes_filled: usize,
+    /// Holes that are wider than those to be filled, or where edges of more than two faces are in the way;
+    /// only if some are to be filled.
+    pub holes_left: usize,
     /// Boundary vertices moved to make ragged boundaries smooth.
     pub boundary_vertices_moved: usize,
 }
@@ -78,6 +83,8 @@ impl RepairCounts {
                 ["component is", "components are"],
                 "non-orientable and left unchanged",
             ),
+            (self.holes_filled, ["hole was", "holes were"], "filled"),
+            (self.holes_left, ["hole was", "holes were"], "left open: --fill-holes allows wider ones"),
             (
                 self.boundary_vertices_moved,
                 ["boundary vertex was", "boundary vertices were"],

@@ -1,6 +1,6 @@
 //! Repairs what has one obvious remedy: duplicates, faces without an area, unused vertices, faces turned
 //! over, cracks no wider than rounding; and, where the caller gives a tolerance, wider cracks and small
-//! components; and, where asked for, makes ragged boundaries smooth.
+//! components; and, where asked for, fills holes and makes ragged boundaries smooth.
 
 mod borders;
 mod boundary;
@@ -8,6 +8,7 @@ mod clean;
 mod components;
 mod counts;
 mod cracks;
+pub(crate) mod holes;
 mod joints;
 mod orient;
 mod region_areas;
@@ -16,6 +17,7 @@ mod weld;
 
 use std::collections::HashSet;
 use std::collections::hash_map::Entry;
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -24,7 +26,7 @@ use super::kd_tree::KdTree;
 use super::quick_hash::QuickMap;
 use super::submesh::without_unused_vertices;
 use super::{TriMesh, position_key};
-use crate::{Error, Result};
+use crate::{Error, Length, ProgressToken, Result};
 pub(crate) use borders::{BorderSmoothing, smooth_borders};
 use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
@@ -42,6 +44,8 @@ pub struct Repaired {
     pub origin: Vec<u32>,
     /// How much was changed.
     pub counts: RepairCounts,
+    /// The triangles that fill holes. Each of them has the origin of one at the hole.
+    pub(crate) patches: Range<usize>,
     /// How far a vertex may have gone to another.
     reach: f64,
 }
@@ -77,6 +81,8 @@ pub struct RepairOptions {
     /// Ragged boundaries are smoothed; none of their vertices moves farther than this fraction of the
     /// bounding box's diagonal. 0 to below 1; 0 leaves boundaries as they are.
     pub smooth_boundary: f64,
+    /// Holes are filled if the diagonal of their bounding box is at most this long; `None` fills none.
+    pub fill_holes: Option<Length>,
 }
 
 impl RepairOptions {
@@ -95,6 +101,12 @@ impl RepairOptions {
                 let problem = format!("`{name}` {value} is out of range");
                 return Err(Error::option(name, problem, "use 0 or a small fraction, below 1"));
             }
+        }
+        if let Some(Length::Units(length) | Length::OfDiagonal(length)) = self.fill_holes
+            && !(length.is_finite() && length > 0.0)
+        {
+            let problem = format!("`fill_holes` {length} is out of range");
+            return Err(Error::option("fill_holes", problem, "give a length above 0, such as 5%"));
         }
         Ok(())
     }
@@ -116,6 +128,12 @@ impl RepairOptions {
     pub fn smooth_boundary(self, smooth_boundary: f64) -> Self {
         Self { smooth_boundary, ..self }
     }
+
+    /// Sets [`RepairOptions::fill_holes`].
+    #[must_use]
+    pub fn fill_holes(self, fill_holes: Length) -> Self {
+        Self { fill_holes: Some(fill_holes), ..self }
+    }
 }
 
 /// [`repair_with`] without tolerances.
@@ -133,7 +151,8 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// vertex. Then closes cracks no wider than 32 units of 32-bit rounding of the largest coordinate and a
 /// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
 /// faces over that disagree with others of their component: closed ones then face outwards. A surface that is
-/// inside out as a whole stays inside out. Last, boundaries are smoothed if `options` ask for it.
+/// inside out as a whole stays inside out. Last, holes are filled and boundaries smoothed if `options` ask
+/// for it.
 ///
 /// # Errors
 ///
@@ -181,6 +200,16 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         (_, table) = cracks::close(&mut kept, &mut origin, &mut counts);
     }
     orient::orient(&mut kept, &table, &mut counts);
+    let triangles = kept.triangles.len();
+    if let Some(largest) = options.fill_holes {
+        let diagonal = kept.bounds().map_or(0.0, |[low, high]| high.distance(low));
+        let largest = match largest {
+            Length::Units(length) => length / unit,
+            Length::OfDiagonal(share) => share * diagonal,
+        };
+        holes::fill_holes(&mut kept, &mut origin, largest, &mut counts, &ProgressToken::default())?;
+    }
+    let patches = triangles..kept.triangles.len();
     if options.smooth_boundary > 0.0 {
         let [low, high] = kept.bounds().unwrap_or_default();
         let tolerance = options.smooth_boundary * (high - low).length();
@@ -188,7 +217,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         counts.boundary_vertices_moved = smooth_boundary(&mut kept, &table, tolerance);
     }
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
-    Ok(Repaired { mesh: kept, origin, counts, reach: reach * unit })
+    Ok(Repaired { mesh: kept, origin, counts, patches, reach: reach * unit })
 }
 
 /// Vertices of flat faces are closer to the opposite edges than this share of the bounding box's diagonal.

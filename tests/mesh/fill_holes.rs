@@ -1,0 +1,124 @@
+//! Holes filled by patches that follow the surface around them.
+
+use crate::support::shapes::{plane, sphere, torus, union};
+use glam::DVec3;
+use rtfmesh::mesh::intersections::intersecting_faces;
+use rtfmesh::mesh::quality::quality;
+use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair_with};
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Length, ProgressToken, TriMesh};
+
+const ALL: Length = Length::OfDiagonal(1.0);
+
+fn filled(mesh: &TriMesh, largest: Length) -> Repaired {
+    repair_with(mesh, &RepairOptions::default().fill_holes(largest)).unwrap()
+}
+
+/// The mesh without the triangles whose centres meet the condition.
+fn without(mesh: &TriMesh, is_cut: impl Fn(DVec3) -> bool) -> TriMesh {
+    let centre = |t: usize| mesh.corners(t).into_iter().sum::<DVec3>() / 3.0;
+    let kept = (0..mesh.triangles.len()).filter(|t| !is_cut(centre(*t))).map(|t| mesh.triangles[t]).collect();
+    TriMesh { triangles: kept, ..mesh.clone() }
+}
+
+fn volume(mesh: &TriMesh) -> f64 {
+    let cone = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.triangles.len()).map(cone).sum()
+}
+
+#[test]
+fn caps_of_a_sphere_come_back_round_and_as_dense_as_the_rest() {
+    let ball = sphere(1.0, 5);
+    // The wider a hole is, the flatter is what bends least.
+    for (height, lost) in [(0.98, 1e-4), (0.9, 3e-3), (0.6, 0.05)] {
+        let open = without(&ball, |p| p.z > height || p.z < -height);
+        let result = filled(&open, ALL);
+        assert_eq!((result.counts.holes_filled, result.counts.holes_left), (2, 0));
+        assert!(topology(&result.mesh).is_closed_manifold());
+        let [before, after] = [&ball, &result.mesh].map(volume);
+        assert!((after / before - 1.0).abs() < lost, "{height}: volume {before} to {after}");
+        let off = result.mesh.vertices.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
+        assert!(off < 0.3 * (1.0 - height), "{height}: {off} off the sphere");
+        // As many triangles as were there.
+        let kept = open.triangles.len();
+        let (cut, new) = (ball.triangles.len() - kept, result.mesh.triangles.len() - kept);
+        assert!((0.6..1.6).contains(&(new as f64 / cut as f64)), "{height}: {cut} cut, {new} new");
+        let patch = TriMesh { triangles: result.mesh.triangles[kept..].to_vec(), ..result.mesh.clone() };
+        let shape = quality(&patch).unwrap();
+        assert!(shape.mean_quality > 0.75, "{height}: {shape:?}");
+        assert!(intersecting_faces(&result.mesh, &ProgressToken::default()).unwrap().is_empty());
+    }
+}
+
+#[test]
+fn nothing_else_moves_and_triangles_of_a_patch_come_from_beside_their_hole() {
+    let ring = torus(40, 24);
+    let open = without(&ring, |p| p.distance(DVec3::new(1.4, 0.0, 0.0)) < 0.3);
+    let result = filled(&open, ALL);
+    let (before, kept) = (repair_with(&open, &RepairOptions::default()).unwrap(), open.triangles.len());
+    assert_eq!(result.mesh.vertices[..before.mesh.vertices.len()], before.mesh.vertices);
+    assert_eq!(result.mesh.triangles[..kept], before.mesh.triangles);
+    assert_eq!(topology(&result.mesh).genus, Some(1));
+    for (t, origin) in result.origin.iter().enumerate().skip(kept) {
+        let [own, other] = [(t, &result.mesh), (*origin as usize, &open)]
+            .map(|(t, mesh)| mesh.corners(t).into_iter().sum::<DVec3>() / 3.0);
+        assert!(own.distance(other) < 0.4, "{own} is said to be from {other}");
+    }
+}
+
+#[test]
+fn holes_wider_than_asked_for_stay() {
+    let square = plane(20, 0.0);
+    let open = without(&square, |p| {
+        p.distance(DVec3::new(0.3, 0.3, 0.0)) < 0.08 || p.distance(DVec3::new(0.7, 0.7, 0.0)) < 0.16
+    });
+    for (largest, [filled_up, left]) in [(0.05, [0, 3]), (0.3, [1, 2]), (0.6, [2, 1])] {
+        for largest in [Length::Units(largest), Length::OfDiagonal(largest / 2f64.sqrt())] {
+            let result = filled(&open, largest);
+            assert_eq!([result.counts.holes_filled, result.counts.holes_left], [filled_up, left]);
+            assert!(result.mesh.vertices.iter().all(|p| p.z.abs() < 1e-9));
+            assert_eq!(topology(&result.mesh).boundary_loops, left);
+        }
+    }
+    for wrong in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let options = RepairOptions::default().fill_holes(Length::Units(wrong));
+        assert!(repair_with(&open, &options).unwrap_err().to_string().contains("`fill_holes`"));
+    }
+}
+
+#[test]
+fn holes_that_touch_at_a_vertex_are_filled_each() {
+    let ball = sphere(1.0, 4);
+    // Two triangles opposite each other at a vertex.
+    let around: Vec<usize> =
+        (0..ball.triangles.len()).filter(|t| ball.triangles[*t].contains(&100)).collect();
+    let far = around.iter().copied().find(|t| {
+        let shared = ball.triangles[*t].iter().filter(|v| ball.triangles[around[0]].contains(v));
+        shared.count() == 1
+    });
+    let cut = [around[0], far.unwrap()];
+    let kept = (0..ball.triangles.len()).filter(|t| !cut.contains(t)).map(|t| ball.triangles[t]).collect();
+    let result = filled(&TriMesh { triangles: kept, ..ball.clone() }, ALL);
+    assert_eq!(result.counts.holes_filled, 2);
+    assert!(topology(&result.mesh).is_closed_manifold());
+    assert_eq!(result.mesh.triangles.len(), ball.triangles.len());
+}
+
+#[test]
+fn loops_at_edges_of_three_triangles_are_left_and_closed_meshes_stay() {
+    let ball = sphere(1.0, 3);
+    let fin = TriMesh {
+        vertices: ball.vertices.iter().copied().chain([DVec3::new(0.0, 0.0, 3.0)]).collect(),
+        triangles: {
+            let [a, b, _] = ball.triangles[0];
+            ball.triangles.iter().copied().chain([[a, b, ball.vertices.len() as u32]]).collect()
+        },
+    };
+    let result = filled(&fin, ALL);
+    assert_eq!((result.counts.holes_filled, result.mesh.triangles.len()), (0, fin.triangles.len()));
+    let closed = filled(&union(&ball, &sphere(0.5, 3)), ALL);
+    assert_eq!(closed.counts, repair_with(&closed.mesh, &RepairOptions::default()).unwrap().counts);
+}
