@@ -140,7 +140,7 @@ def test_points_seen_from_above_become_a_terrain_unless_an_object_is_asked_for()
         ({"points": np.full((20, 3), np.nan)}, "finite"),
         ({"normals": np.zeros((5, 3))}, "`normals` has shape (5, 3)"),
         ({"closed": True, "fill_holes": 1}, "`closed` and `fill_holes` exclude each other"),
-        ({"fill_holes": "wide"}, "`fill_holes`: wide is not a length; give a length"),
+        ({"fill_holes": "wide"}, "invalid value 'wide' for `fill_holes`: give a length"),
         ({"fill_holes": -1}, "`fill_holes` -1 is out of range"),
         ({"fill_holes": True}, "`fill_holes` is True"),
         ({"points_as": "trees"}, "`points_as`: unknown kind trees; use auto, terrain or object"),

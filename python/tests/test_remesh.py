@@ -228,3 +228,18 @@ def test_boundaries_stay_bit_by_bit(remesher):
     there = {tuple(vertex) for vertex in result.vertices}
     border = vertices[(x == 0) | (x == 1) | (y == 0) | (y == 1)]
     assert len(border) == 48 and all(tuple(vertex) in there for vertex in border)
+
+
+def test_holes_are_filled_first(remesher):
+    vertices, faces = rtfmesh.sample("torus")
+    open_faces = faces[~(faces == 100).any(axis=1)]
+    result = remesher.remesh(vertices, open_faces, 600, fill_holes="100%", distances=True)
+    topology = result.report["output"]["topology"]
+    assert (topology["boundary_loops"], topology["genus"], len(result.vertices)) == (0, 1, 600)
+    assert result.report["repaired"]["holes_filled"] == 1
+    assert result.report["output"]["distances"]["hausdorff"] < 3
+    with pytest.raises(rtfmesh.InputError, match="`fill_holes` 0 is out of range; give a length above 0"):
+        remesher.remesh(vertices, open_faces, 600, fill_holes=0)
+    values = np.linalg.norm(np.indices((20, 20, 20)) - 9.5, axis=0)
+    with pytest.raises(rtfmesh.InputError, match="`fill_holes` does not work with volumes; use `closed"):
+        remesher.contour(values, 300, iso=6, fill_holes="5%")
