@@ -134,8 +134,7 @@ class Options(TypedDict, total=False):
     """Smooth ragged boundaries by at most this fraction of the diagonal [default: 0]."""
     fill_holes: float | str | None
     """Fill holes up to this size across, in input units or as % of the diagonal. 100% fills all. A patch
-    follows the surface around its hole. Of points, gaps up to six times the distance between them are
-    always closed."""
+    follows the surface around its hole."""
     vertices_at_least: bool | None
     """Add vertices if N is too small for a valid mesh."""
     strict: bool | None

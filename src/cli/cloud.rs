@@ -66,6 +66,7 @@ impl HoleArgs {
         let holes = match fill_holes {
             _ if self.closed => f64::INFINITY,
             Some(Length::Units(length)) => length,
+            Some(Length::OfDiagonal(share)) if share >= 1.0 => f64::INFINITY,
             Some(Length::OfDiagonal(share)) => {
                 let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
                 points.bounds().map_or(0.0, |[low, high]| share * high.distance(low))

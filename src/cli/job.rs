@@ -219,7 +219,7 @@ impl<'a> Request<'a> {
                 self.size = size_by_points(self.size, cloud.points.len(), &self.options);
                 let has_sizing = self.sizing.is_some();
                 cloud.attributes.vertex.extend(self.sizing.take());
-                let fill_holes = self.options.fill_holes.take();
+                let fill_holes = self.options.fill_holes;
                 let mut made = holes.surface(&cloud, fill_holes, |now| run.update(now))?;
                 if has_sizing {
                     self.sizing = made.attributes.vertex.pop();

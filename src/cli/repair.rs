@@ -7,13 +7,14 @@ use super::progress::{RunProgress, begin_writing};
 use super::sizing::length;
 use super::table::two_columns;
 use super::terminal::tell;
+use crate::mesh::repair::repair_with_progress;
 use anyhow::Result;
 use clap::ArgAction;
 use rtfmesh::io::{Encoding, Loaded};
 use rtfmesh::mesh::attributes::{Attributes, transfer};
 use rtfmesh::mesh::correspondence::find_correspondence;
 use rtfmesh::mesh::intersections::intersecting_faces;
-use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair_with};
+use rtfmesh::mesh::repair::{RepairOptions, Repaired};
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Length, ProgressToken};
 use std::path::PathBuf;
@@ -39,8 +40,7 @@ pub struct RepairArgs {
     smooth_boundary: Option<f64>,
     /// Fill holes up to this size across, in input units or as % of the diagonal
     ///
-    /// 100% fills all. A patch follows the surface around its hole. Of points, gaps up to six times the
-    /// distance between them are always closed.
+    /// 100% fills all. A patch follows the surface around its hole.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     fill_holes: Option<Length>,
 }
@@ -98,7 +98,8 @@ pub fn run(args: &Args) -> Result<()> {
     let name = input_name(&args.input);
     let loaded = run.begin_reading(move || format.load(&path)).wait(name)?;
     let (repaired, attributes, intersecting) = run.work(|token| {
-        let repaired = repair_with(&loaded.mesh, &options).map_err(|error| error.in_file(name))?;
+        let repaired =
+            repair_with_progress(&loaded.mesh, &options, token).map_err(|error| error.in_file(name))?;
         let attributes = carried(&loaded, &repaired, token)?;
         let intersecting = intersecting_faces(&repaired.mesh, token)?;
         Ok((repaired, attributes, intersecting.len()))

@@ -118,7 +118,7 @@ pub fn remesh_repaired<F: Into<Flow>>(
     let mut options = with_vertices(mesh, repaired.as_ref(), options)?;
     let mut repaired = repaired;
     if !options.coarse_to_fine.keep.is_empty() {
-        let whole = repaired_for(mesh, repaired, &options)?;
+        let whole = repaired_for(mesh, repaired, &options, &ProgressToken::default())?;
         options = in_units(&options, &whole.mesh)?;
         repaired = Some(whole);
     }

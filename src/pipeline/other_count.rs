@@ -4,7 +4,7 @@ use super::kept::Kept;
 use super::prepare::repaired_for;
 use super::preview::plan_of;
 use crate::options::Options;
-use crate::{Error, Result, TriMesh};
+use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// Each number that is tried is this many times the one before it, or that fraction of it.
 const STEP: f64 = 1.15;
@@ -46,7 +46,7 @@ enum Found {
 }
 
 fn other_count(remedy: &str, input: &TriMesh, options: &Options) -> Result<Found> {
-    let repaired = repaired_for(input, None, options)?;
+    let repaired = repaired_for(input, None, options, &ProgressToken::default())?;
     let mut rest = repaired.clone();
     let kept = Kept::cut_off(&mut rest, options, input)?;
     let works = |vertices: usize| {

@@ -20,7 +20,7 @@ use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, SurfaceSearch};
-use crate::mesh::repair::{Repaired, cracks, repair_with};
+use crate::mesh::repair::{Repaired, cracks, repair_with_progress};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::subdivide::{Halved, halve_edges};
@@ -64,11 +64,11 @@ pub(crate) struct Prepared {
 
 impl Prepared {
     /// # Errors
-    /// [`Error::Input`] for a mesh that [`repair_with`] cannot repair, [`Error::Usage`] for too few vertices,
+    /// [`Error::Input`] for a mesh that cannot be repaired, [`Error::Usage`] for too few vertices,
     /// [`Error::OutOfMemory`], [`Error::Cancelled`].
     pub fn new(device: &Device, mut input: RunInput, progress: &ProgressToken) -> Result<Self> {
         let options = input.options;
-        let mut repaired = repaired_for(input.mesh, input.repaired.take(), options)?;
+        let mut repaired = repaired_for(input.mesh, input.repaired.take(), options, progress)?;
         let kept = Kept::cut_off(&mut repaired, options, input.mesh)?;
         let mut plan = Plan::new(&input, &mut repaired, kept.as_ref(), progress)?;
         progress.poll()?;
@@ -207,14 +207,15 @@ fn subdivide(
 /// The mesh repaired as the options say, or `repaired` if it is given.
 ///
 /// # Errors
-/// As [`repair_with`] and [`check_given_sizes`]; [`Error::Usage`] if `repaired` is another mesh.
+/// As [`repair_with_progress`] and [`check_given_sizes`]; [`Error::Usage`] if `repaired` is another mesh.
 pub(crate) fn repaired_for(
     mesh: &TriMesh,
     repaired: Option<Repaired>,
     options: &Options,
+    progress: &ProgressToken,
 ) -> Result<Repaired> {
     check_given_sizes(mesh, options)?;
-    let Some(repaired) = repaired else { return repair_with(mesh, &options.repairs()) };
+    let Some(repaired) = repaired else { return repair_with_progress(mesh, &options.repairs(), progress) };
     let is_of_mesh = |t: &u32| (*t as usize) < mesh.triangles.len();
     if repaired.origin.len() == repaired.mesh.triangles.len() && repaired.origin.iter().all(is_of_mesh) {
         return Ok(repaired);

@@ -100,7 +100,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         several runs";
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
-    let repaired = repaired_for(mesh, repaired, options)?;
+    let repaired = repaired_for(mesh, repaired, options, &ProgressToken::default())?;
     if let Some(symmetry) = options.coarse_to_fine.symmetric {
         halved(&repaired.mesh, &topology(&repaired.mesh), symmetry)?;
     }

@@ -39,7 +39,7 @@ pub(crate) fn remesh_symmetric(
     (options, symmetry): (&Options, Symmetry),
     callback: &mut dyn FnMut(Progress) -> Flow,
 ) -> Result<Remeshed> {
-    let repaired = repaired_for(mesh, repaired, options)?;
+    let repaired = repaired_for(mesh, repaired, options, &ProgressToken::default())?;
     let (on, whole) = (&repaired.mesh, topology(&repaired.mesh));
     let Halved { mirror, half, cut } = halved(on, &whole, symmetry)?;
     let options = &in_units(options, on)?;

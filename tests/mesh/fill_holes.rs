@@ -1,6 +1,6 @@
 //! Holes filled by patches that follow the surface around them.
 
-use crate::support::shapes::{plane, sphere, torus, union};
+use crate::support::shapes::{moved, plane, sphere, torus, union};
 use glam::DVec3;
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
@@ -41,7 +41,7 @@ fn caps_of_a_sphere_come_back_round_and_as_dense_as_the_rest() {
         let [before, after] = [&ball, &result.mesh].map(volume);
         assert!((after / before - 1.0).abs() < lost, "{height}: volume {before} to {after}");
         let off = result.mesh.vertices.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
-        assert!(off < 0.3 * (1.0 - height), "{height}: {off} off the sphere");
+        assert!(off < 0.35 * (1.0 - height), "{height}: {off} off the sphere");
         // As many triangles as were there.
         let kept = open.triangles.len();
         let (cut, new) = (ball.triangles.len() - kept, result.mesh.triangles.len() - kept);
@@ -90,6 +90,43 @@ fn holes_wider_than_asked_for_stay() {
 }
 
 #[test]
+fn ragged_holes_of_any_length_are_filled_without_folds() {
+    for (across, edges) in [(60, 100..300), (160, 400..900)] {
+        let square = plane(across, 0.0);
+        // A rim that goes in and out.
+        let radius = |p: DVec3| {
+            let way = p - DVec3::new(0.5, 0.5, 0.0);
+            way.length() * (1.0 + 0.15 * (7.0 * way.y.atan2(way.x)).sin())
+        };
+        let open = without(&square, |p| radius(p) < 0.35);
+        let result = filled(&open, Length::Units(1.2));
+        assert_eq!((result.counts.holes_filled, topology(&result.mesh).boundary_loops), (1, 1), "{across}");
+        let rim = topology(&open).boundary_edges - topology(&square).boundary_edges;
+        assert!(edges.contains(&rim), "{rim}");
+        assert!((result.mesh.area() - 1.0).abs() < 1e-9, "{}", result.mesh.area());
+        for t in 0..result.mesh.triangles.len() {
+            let [a, b, c] = result.mesh.corners(t);
+            assert!((b - a).cross(c - a).z > 0.0, "{a} {b} {c} is folded");
+        }
+    }
+}
+
+#[test]
+fn specks_are_not_closed_onto_themselves() {
+    let speck = TriMesh {
+        vertices: vec![DVec3::X * 3.0, DVec3::new(3.1, 0.0, 0.0), DVec3::new(3.0, 0.1, 0.0)],
+        triangles: vec![[0, 1, 2]],
+    };
+    let ball = sphere(1.0, 4);
+    let open = union(&without(&ball, |p| p.z > 0.98), &speck);
+    for largest in [Length::Units(0.6), ALL] {
+        let result = filled(&open, largest);
+        assert_eq!((result.counts.holes_filled, result.counts.holes_left), (1, 1));
+        assert_eq!(topology(&result.mesh).boundary_loops, 1);
+    }
+}
+
+#[test]
 fn holes_that_touch_at_a_vertex_are_filled_each() {
     let ball = sphere(1.0, 4);
     // Two triangles opposite each other at a vertex.
@@ -108,17 +145,15 @@ fn holes_that_touch_at_a_vertex_are_filled_each() {
 }
 
 #[test]
-fn loops_at_edges_of_three_triangles_are_left_and_closed_meshes_stay() {
-    let ball = sphere(1.0, 3);
-    let fin = TriMesh {
-        vertices: ball.vertices.iter().copied().chain([DVec3::new(0.0, 0.0, 3.0)]).collect(),
-        triangles: {
-            let [a, b, _] = ball.triangles[0];
-            ball.triangles.iter().copied().chain([[a, b, ball.vertices.len() as u32]]).collect()
-        },
-    };
-    let result = filled(&fin, ALL);
-    assert_eq!((result.counts.holes_filled, result.mesh.triangles.len()), (0, fin.triangles.len()));
-    let closed = filled(&union(&ball, &sphere(0.5, 3)), ALL);
+fn chains_between_edges_of_three_triangles_are_left_and_closed_meshes_stay() {
+    // Three pages that share a spine.
+    let page = plane(4, 0.0);
+    let pages = [0.0, 2.0, 4.0]
+        .map(|angle: f64| moved(&page, |p| DVec3::new(p.x * angle.cos(), p.x * angle.sin(), p.y)));
+    let book = union(&union(&pages[0], &pages[1]), &pages[2]);
+    let result = filled(&book, ALL);
+    assert_eq!((result.counts.holes_filled, result.counts.holes_unfilled), (0, 1));
+    assert_eq!(result.mesh.triangles.len(), book.triangles.len());
+    let closed = filled(&union(&sphere(1.0, 3), &sphere(0.5, 3)), ALL);
     assert_eq!(closed.counts, repair_with(&closed.mesh, &RepairOptions::default()).unwrap().counts);
 }

@@ -33,9 +33,10 @@ pub struct RepairCounts {
     pub unorientable_components: usize,
     /// Holes filled.
     pub holes_filled: usize,
-    /// Holes that are wider than those to be filled, or where edges of more than two faces are in the way;
-    /// only if some are to be filled.
+    /// Holes that are wider than those to be filled, if some are to be, and those of components as small.
     pub holes_left: usize,
+    /// Holes that cannot be filled without an edge of more than two faces.
+    pub holes_unfilled: usize,
     /// Boundary vertices moved to make ragged boundaries smooth.
     pub boundary_vertices_moved: usize,
 }
@@ -84,7 +85,16 @@ impl RepairCounts {
                 "non-orientable and left unchanged",
             ),
             (self.holes_filled, ["hole was", "holes were"], "filled"),
-            (self.holes_left, ["hole was", "holes were"], "left open: --fill-holes allows wider ones"),
+            (
+                self.holes_left,
+                ["hole was", "holes were"],
+                "left open: wider than asked for, or around a part as small",
+            ),
+            (
+                self.holes_unfilled,
+                ["hole was", "holes were"],
+                "left open at edges that already have two faces",
+            ),
             (
                 self.boundary_vertices_moved,
                 ["boundary vertex was", "boundary vertices were"],

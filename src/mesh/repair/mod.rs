@@ -159,6 +159,18 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// [`Error::Input`] naming the face or vertex for an index out of range or a coordinate that is not finite;
 /// without a place if no face with an area is left. [`Error::Usage`] for options out of range.
 pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> {
+    repair_with_progress(mesh, options, &ProgressToken::default())
+}
+
+/// Like [`repair_with`].
+///
+/// # Errors
+/// As [`repair_with`], and [`Error::Cancelled`].
+pub(crate) fn repair_with_progress(
+    mesh: &TriMesh,
+    options: &RepairOptions,
+    progress: &ProgressToken,
+) -> Result<Repaired> {
     options.validate()?;
     check(mesh)?;
     let mut counts = RepairCounts::default();
@@ -205,9 +217,11 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         let diagonal = kept.bounds().map_or(0.0, |[low, high]| high.distance(low));
         let largest = match largest {
             Length::Units(length) => length / unit,
+            // All, whatever rounding does to the diagonal.
+            Length::OfDiagonal(share) if share >= 1.0 => f64::INFINITY,
             Length::OfDiagonal(share) => share * diagonal,
         };
-        holes::fill_holes(&mut kept, &mut origin, largest, &mut counts, &ProgressToken::default())?;
+        holes::fill_holes(&mut kept, &mut origin, largest, &mut counts, progress)?;
     }
     let patches = triangles..kept.triangles.len();
     if options.smooth_boundary > 0.0 {

@@ -132,7 +132,7 @@ pub(super) fn make_within(
     clock: &mut Clock,
 ) -> Result<(Made, Course)> {
     let RunInput { mesh, repaired, options, gives_up_fixed, .. } = input;
-    let repaired = repaired_for(mesh, repaired, options)?;
+    let repaired = progress.during(|token| repaired_for(mesh, repaired, options, token))?;
     let frame = UnitFrame::of(&repaired.mesh)?;
     let vertices = repaired.mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
     let surface = TriMesh { vertices, triangles: repaired.mesh.triangles.clone() };

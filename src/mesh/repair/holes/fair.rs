@@ -1,12 +1,13 @@
 //! The new vertices of a patch moved to where the surface bends least.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use glam::DVec3;
 
 use super::{Hole, patch::Patch};
 use crate::mesh::TriMesh;
 use crate::mesh::csr::Csr;
+use crate::{ProgressToken, Result};
 
 /// Steps of the conjugate gradients at most, and those of each solution in between.
 const STEPS: [usize; 2] = [60, 600];
@@ -19,15 +20,24 @@ const SHORTEST: f64 = 1e-3;
 /// vertex's neighbours less its position) is least over the patch and the hole's vertices; these, and those
 /// around the hole, stay. The patch then goes on as the surface does. Weights are 1 over edge lengths.
 /// `around` lists the mesh's triangles around each vertex.
-pub(super) fn fair(patch: &mut Patch, hole: &Hole, mesh: &TriMesh, around: &Csr) {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn fair(
+    patch: &mut Patch,
+    hole: &Hole,
+    (mesh, around): (&TriMesh, &Csr),
+    progress: &ProgressToken,
+) -> Result<()> {
     let fixed = patch.vertices.len() - patch.inner().len();
     if patch.inner().is_empty() {
-        return;
+        return Ok(());
     }
-    let found = System::new(patch, hole, mesh, around).solve(patch.inner());
+    let found = System::new(patch, hole, mesh, around).solve(patch.inner(), progress)?;
     if found.iter().all(|p| p.is_finite()) {
         patch.vertices[fixed..].copy_from_slice(&found);
     }
+    Ok(())
 }
 
 /// What the umbrella vector of a vertex of the patch depends on.
@@ -49,7 +59,7 @@ struct System {
 
 impl System {
     fn new(patch: &Patch, hole: &Hole, mesh: &TriMesh, around: &Csr) -> Self {
-        let mut edges: Vec<HashMap<u32, DVec3>> = vec![HashMap::new(); patch.vertices.len()];
+        let mut edges: Vec<BTreeMap<u32, DVec3>> = vec![BTreeMap::new(); patch.vertices.len()];
         for [a, b, c] in &patch.triangles {
             for (v, w) in [(*a, *b), (*b, *c), (*c, *a)] {
                 edges[v as usize].insert(w, patch.vertices[w as usize]);
@@ -74,12 +84,10 @@ impl System {
         });
         let (sum, count) = lengths.fold((0.0, 0), |(sum, count), length| (sum + length, count + 1));
         let shortest = (SHORTEST * sum / f64::from(count)).max(f64::MIN_POSITIVE);
-        let row = |(v, neighbours): (u32, HashMap<u32, DVec3>)| {
+        let row = |(v, neighbours): (u32, BTreeMap<u32, DVec3>)| {
             let own = patch.vertices[v as usize];
-            let mut neighbours: Vec<(u32, DVec3)> = neighbours.into_iter().collect();
-            neighbours.sort_unstable_by_key(|(w, _)| *w);
             let weight_of = |p: DVec3| 1.0 / p.distance(own).max(shortest);
-            let weight: f64 = neighbours.iter().map(|(_, p)| weight_of(*p)).sum();
+            let weight: f64 = neighbours.values().map(|p| weight_of(*p)).sum();
             let mut row = Row { shares: Vec::new(), weight, rest: DVec3::ZERO };
             for (w, p) in neighbours {
                 let share = weight_of(p) / weight;
@@ -115,7 +123,7 @@ impl System {
 
     /// The places with the least sum. The gradients are those of the new vertices' own umbrella vectors but
     /// for the hole's, so two solutions with the weighted Laplacian nearly give the step.
-    fn solve(&self, start: &[DVec3]) -> Vec<DVec3> {
+    fn solve(&self, start: &[DVec3], progress: &ProgressToken) -> Result<Vec<DVec3>> {
         let left: Vec<DVec3> = self.rows.iter().map(|row| -(row.of(start) + row.rest)).collect();
         let residual = self.transposed(&left, start.len());
         let inner = &self.rows[self.around..];
@@ -123,14 +131,16 @@ impl System {
             |x: &[DVec3]| -> Vec<DVec3> { inner.iter().map(|row| -row.weight * row.of(x)).collect() };
         let by_diagonal =
             |x: &[DVec3]| -> Vec<DVec3> { inner.iter().zip(x).map(|(row, x)| *x / row.weight).collect() };
+        let by_diagonal = |x: &[DVec3]| Ok(by_diagonal(x));
         let solved = |x: Vec<DVec3>| conjugate_gradients(laplacian, by_diagonal, x, STEPS[1], TOLERANCE[1]);
         let twice_solved = |x: &[DVec3]| {
-            let once = solved(x.to_vec());
+            progress.poll()?;
+            let once = solved(x.to_vec())?;
             solved(once.iter().zip(inner).map(|(x, row)| row.weight * row.weight * *x).collect())
         };
         let squared = |x: &[DVec3]| self.transposed(&self.applied(x), x.len());
-        let step = conjugate_gradients(squared, twice_solved, residual, STEPS[0], TOLERANCE[0]);
-        start.iter().zip(step).map(|(p, step)| *p + step).collect()
+        let step = conjugate_gradients(squared, twice_solved, residual, STEPS[0], TOLERANCE[0])?;
+        Ok(start.iter().zip(step).map(|(p, step)| *p + step).collect())
     }
 }
 
@@ -143,13 +153,13 @@ impl Row {
 /// Solves `apply(x) = residual` for each coordinate, beginning at 0; `near` is about the inverse of `apply`.
 fn conjugate_gradients(
     apply: impl Fn(&[DVec3]) -> Vec<DVec3>,
-    near: impl Fn(&[DVec3]) -> Vec<DVec3>,
+    near: impl Fn(&[DVec3]) -> Result<Vec<DVec3>>,
     mut residual: Vec<DVec3>,
     steps: usize,
     tolerance: f64,
-) -> Vec<DVec3> {
+) -> Result<Vec<DVec3>> {
     let mut x = vec![DVec3::ZERO; residual.len()];
-    let mut conditioned = near(&residual);
+    let mut conditioned = near(&residual)?;
     let mut direction = conditioned.clone();
     let mut product = products(&residual, &conditioned);
     let least = tolerance * tolerance * product;
@@ -163,13 +173,13 @@ fn conjugate_gradients(
             x[k] += step * direction[k];
             residual[k] -= step * applied;
         }
-        conditioned = near(&residual);
+        conditioned = near(&residual)?;
         let after = products(&residual, &conditioned);
         let share = ratio(after, product);
         product = after;
         direction.iter_mut().zip(&conditioned).for_each(|(way, new)| *way = *new + share * *way);
     }
-    x
+    Ok(x)
 }
 
 /// Sums of the products of each coordinate.

@@ -43,9 +43,16 @@ impl Hole {
     }
 }
 
-/// The boundary loops of an oriented mesh, of which `table` has the edges. Where one touches itself at a
-/// vertex, it is cut there. Loops that meet an edge of more than two triangles are left out.
-pub(crate) fn boundary_loops(mesh: &TriMesh, table: &EdgeTable) -> Vec<Hole> {
+/// The boundary of a mesh.
+pub(crate) struct Boundary {
+    /// Its loops. Where one touches itself at a vertex, it is cut there.
+    pub holes: Vec<Hole>,
+    /// Whether there is more: chains that end at edges of more than two triangles.
+    pub is_open: bool,
+}
+
+/// The boundary of an oriented mesh, of which `table` has the edges.
+pub(crate) fn boundary_of(mesh: &TriMesh, table: &EdgeTable) -> Boundary {
     let corners = mesh.triangles.as_flattened();
     let twins = table.twins(&mesh.triangles);
     let mut is_boundary = vec![false; corners.len()];
@@ -67,7 +74,7 @@ pub(crate) fn boundary_loops(mesh: &TriMesh, table: &EdgeTable) -> Vec<Hole> {
     };
     let mut is_done = vec![false; corners.len()];
     let mut place = vec![NONE; mesh.vertices.len()];
-    let mut holes = Vec::new();
+    let (mut holes, mut chains) = (Vec::new(), 0);
     for first in (0..corners.len() as u32).filter(|half| is_boundary[*half as usize]) {
         if is_done[first as usize] {
             continue;
@@ -91,16 +98,18 @@ pub(crate) fn boundary_loops(mesh: &TriMesh, table: &EdgeTable) -> Vec<Hole> {
             half = before(own);
         }
         hole.vertices.iter().for_each(|v| place[*v as usize] = NONE);
-        // None where it meets an edge of more triangles.
-        if half.is_some() {
+        // A chain that ends at an edge of more triangles is no loop, and neither is what was begun within it.
+        if half == Some(first) {
             found.push(hole);
-            holes.extend(found.into_iter().filter(|hole| hole.len() > 2));
+        } else {
+            chains += 1;
         }
+        holes.extend(found.into_iter().filter(|hole| hole.len() > 2));
     }
     debug_assert!(holes.iter().all(|hole| is_closed(hole, corners)));
     holes.iter_mut().for_each(Hole::begin_at_least);
     holes.sort_by(|a, b| a.vertices.cmp(&b.vertices));
-    holes
+    Boundary { holes, is_open: chains > 0 }
 }
 
 /// Whether each half-edge leads to the vertex before its own.

@@ -10,18 +10,20 @@ mod triangulate;
 
 use glam::DVec3;
 
-use super::RepairCounts;
+use super::{RepairCounts, connected_components};
 use crate::mesh::TriMesh;
 use crate::mesh::csr::triangles_around;
 use crate::mesh::half_edges::{EdgeSet, EdgeTable, edge_key};
 use crate::mesh::intersections::intersecting_faces;
 use crate::{ProgressToken, Result};
-pub(crate) use loops::{Hole, boundary_loops};
+use loops::Boundary;
+pub(crate) use loops::{Hole, boundary_of};
 use patch::Patch;
 pub(crate) use triangulate::triangulate;
 
-/// Fills all holes no larger than `largest` across, in the mesh's unit. The triangles of patches come last,
-/// and each has the `origin` of the closest triangle at the hole. The mesh must be oriented.
+/// Fills all holes no larger than `largest` across, in the mesh's unit, but not those of components no larger
+/// themselves, which would be closed onto themselves. The triangles of patches come last, and each has the
+/// `origin` of the closest triangle at the hole. The mesh must be oriented.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -32,34 +34,59 @@ pub(super) fn fill_holes(
     counts: &mut RepairCounts,
     progress: &ProgressToken,
 ) -> Result<()> {
-    let holes = boundary_loops(mesh, &EdgeTable::new(&mesh.triangles));
-    let count = holes.len();
-    let small: Vec<Hole> = holes.into_iter().filter(|hole| hole.width(mesh) <= largest).collect();
-    if small.is_empty() {
-        counts.holes_left = count;
-        return Ok(());
-    }
-    let taken = edges_between(&small, mesh);
+    let Boundary { holes, is_open } = boundary_of(mesh, &EdgeTable::new(&mesh.triangles));
+    let is_small = small_components(mesh, largest);
+    let is_filled = |hole: &Hole| !is_small(hole) && hole.width(mesh) <= largest;
+    let (holes, wide): (Vec<Hole>, Vec<Hole>) = holes.into_iter().partition(is_filled);
+    counts.holes_left = wide.len();
+    counts.holes_unfilled = usize::from(is_open);
+    let mut taken = edges_between(&holes, mesh);
     let around = triangles_around(mesh.vertices.len(), &mesh.triangles);
     let first = mesh.triangles.len();
-    // Of each patch, where its new vertices lay in the flat triangulation.
     let mut added: Vec<Added> = Vec::new();
-    for hole in small {
+    for hole in holes {
         progress.poll()?;
-        let Some(mut patch) = Patch::of(&hole, mesh, &taken) else { continue };
+        let Some(mut patch) = Patch::of(&hole, mesh, &taken) else {
+            counts.holes_unfilled += 1;
+            continue;
+        };
         let flat = patch.inner().to_vec();
-        fair::fair(&mut patch, &hole, mesh, &around);
+        fair::fair(&mut patch, &hole, (mesh, &around), progress)?;
         let vertices = mesh.vertices.len() as u32;
         let beside = |k: usize| origin[hole.half_edges[k] as usize / 3];
         let origins: Vec<u32> = patch.sides().into_iter().map(beside).collect();
         origin.extend(origins);
-        added.push(Added { vertices, triangles: mesh.triangles.len() as u32, flat });
+        let fair = patch.inner().to_vec();
         let number = |v: u32| hole.vertices.get(v as usize).copied().unwrap_or(vertices + v - hole.len());
-        mesh.triangles.extend(patch.triangles.iter().map(|t| t.map(number)));
+        let triangles = patch.triangles.iter().map(|t| t.map(number));
+        // Another hole may have the same two vertices.
+        taken.extend(triangles.clone().flat_map(|t| sides(&t)));
+        added.push(Added { vertices, triangles: mesh.triangles.len() as u32, flat, fair });
+        mesh.triangles.extend(triangles);
         mesh.vertices.extend(patch.inner());
     }
-    (counts.holes_filled, counts.holes_left) = (added.len(), count - added.len());
-    flatten_crossing(mesh, first, &added, progress)
+    counts.holes_filled = added.len();
+    if added.is_empty() { Ok(()) } else { flatten_crossing(mesh, first, &added, progress) }
+}
+
+/// Tells holes of components that are no larger than `largest` across, unless the whole mesh is not.
+fn small_components(mesh: &TriMesh, largest: f64) -> impl Fn(&Hole) -> bool + use<> {
+    let (of_triangle, areas) = connected_components(mesh);
+    let mut bounds = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; areas.len()];
+    for (t, part) in of_triangle.iter().enumerate() {
+        let [low, high] = &mut bounds[*part as usize];
+        mesh.corners(t).into_iter().for_each(|p| (*low, *high) = (low.min(p), high.max(p)));
+    }
+    let whole = mesh.bounds().map_or(0.0, |[low, high]| high.distance(low));
+    let triangles = of_triangle.iter().fold(vec![0_usize; areas.len()], |mut counts, part| {
+        counts[*part as usize] += 1;
+        counts
+    });
+    move |hole| {
+        let part = of_triangle[hole.half_edges[0] as usize / 3] as usize;
+        let [low, high] = bounds[part];
+        triangles[part] == 1 || (largest < whole && high.distance(low) <= largest)
+    }
 }
 
 /// What was added for a hole.
@@ -70,22 +97,50 @@ struct Added {
     triangles: u32,
     /// The places of the new vertices before they were made fair.
     flat: Vec<DVec3>,
+    /// The places after that.
+    fair: Vec<DVec3>,
 }
 
-/// Makes patches flat again that run into other triangles; those from `first` on are of patches.
+impl Added {
+    fn put(&self, places: &[DVec3], mesh: &mut TriMesh) {
+        let start = self.vertices as usize;
+        mesh.vertices[start..start + places.len()].copy_from_slice(places);
+    }
+}
+
+/// Makes patches flat again that run into other triangles, unless as many of theirs then do so; those from
+/// `first` on are of patches.
 fn flatten_crossing(
     mesh: &mut TriMesh,
     first: usize,
     added: &[Added],
     progress: &ProgressToken,
 ) -> Result<()> {
-    for t in intersecting_faces(mesh, progress)?.into_iter().filter(|t| *t as usize >= first) {
-        let patch = added.partition_point(|patch| patch.triangles <= t) - 1;
-        let Added { vertices, flat, .. } = &added[patch];
-        let start = *vertices as usize;
-        mesh.vertices[start..start + flat.len()].copy_from_slice(flat);
+    let crossing = |mesh: &TriMesh| -> Result<Vec<usize>> {
+        let mut counts = vec![0; added.len()];
+        for t in intersecting_faces(mesh, progress)?.into_iter().filter(|t| *t as usize >= first) {
+            counts[added.partition_point(|patch| patch.triangles <= t) - 1] += 1;
+        }
+        Ok(counts)
+    };
+    let before = crossing(mesh)?;
+    if before.iter().all(|count| *count == 0) {
+        return Ok(());
+    }
+    let of_both = || added.iter().zip(&before).filter(|(_, count)| **count > 0);
+    of_both().for_each(|(patch, _)| patch.put(&patch.flat, mesh));
+    let after = crossing(mesh)?;
+    for ((patch, before), after) in added.iter().zip(&before).zip(after) {
+        if *before > 0 && after >= *before {
+            patch.put(&patch.fair, mesh);
+        }
     }
     Ok(())
+}
+
+/// The edges of a triangle.
+pub(crate) fn sides([a, b, c]: &[u32; 3]) -> [(u32, u32); 3] {
+    [edge_key(*a, *b), edge_key(*b, *c), edge_key(*c, *a)]
 }
 
 /// The edges of the mesh between vertices of these holes.

@@ -43,14 +43,15 @@ impl Patch {
         let lengths = (0..around).map(|k| 0.5 * (side(k) + side(k + 1))).collect();
         let mut patch = Self { vertices, triangles, lengths, around };
         patch.limit_density();
-        let taken = taken.iter().filter_map(|(v, w)| Some(edge_key(*place.get(v)?, *place.get(w)?)));
-        let taken: EdgeSet = taken.collect();
-        patch.flip(&taken);
+        let number = |v: u32| hole.vertices.get(v as usize).copied();
+        let is_taken =
+            |v: u32, w: u32| number(v).zip(number(w)).is_some_and(|(v, w)| taken.contains(&edge_key(v, w)));
+        patch.flip(is_taken);
         for _ in 0..ROUNDS {
             if !patch.divide() {
                 break;
             }
-            patch.flip(&taken);
+            patch.flip(is_taken);
         }
         Some(patch)
     }
@@ -106,8 +107,8 @@ impl Patch {
     }
 
     /// Flips edges until the angles opposite each have a sum of at most 180 degrees, as in Delaunay
-    /// triangulations, but makes none of the `taken` edges.
-    fn flip(&mut self, taken: &EdgeSet) {
+    /// triangulations, but makes no edge that is taken.
+    fn flip(&mut self, is_taken: impl Fn(u32, u32) -> bool) {
         for _ in 0..SWEEPS {
             let mut edges: HashMap<(u32, u32), (usize, u32)> = HashMap::new();
             let mut pairs = Vec::new();
@@ -123,7 +124,7 @@ impl Patch {
             let mut has_flipped = false;
             for (ends, sides, opposite) in pairs {
                 let new = edge_key(opposite[0], opposite[1]);
-                let is_there = taken.contains(&new) || edges.contains_key(&new);
+                let is_there = is_taken(new.0, new.1) || edges.contains_key(&new);
                 if sides.iter().any(|t| is_stale[*t]) || is_there || !self.is_flipped(ends, opposite) {
                     continue;
                 }
