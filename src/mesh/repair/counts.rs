@@ -31,9 +31,11 @@ pub struct RepairCounts {
     pub faces_turned: usize,
     /// Components that no turning makes agree.
     pub unorientable_components: usize,
+    /// Small parts that hung in holes by a vertex, if holes are to be filled.
+    pub parts_removed: usize,
     /// Holes filled.
     pub holes_filled: usize,
-    /// Holes that are wider than those to be filled, if some are to be, and those of components as small.
+    /// Holes that are wider than those to be filled, if some are to be, and rims of small or flat parts.
     pub holes_left: usize,
     /// Holes that cannot be filled without an edge of more than two faces.
     pub holes_unfilled: usize,
@@ -84,11 +86,16 @@ impl RepairCounts {
                 ["component is", "components are"],
                 "non-orientable and left unchanged",
             ),
+            (
+                self.parts_removed,
+                ["part was", "parts were"],
+                "removed: small, and joined to the rest by a vertex alone",
+            ),
             (self.holes_filled, ["hole was", "holes were"], "filled"),
             (
                 self.holes_left,
                 ["hole was", "holes were"],
-                "left open: wider than asked for, or around a part as small",
+                "left open: wider than asked for, or around a small or flat part",
             ),
             (
                 self.holes_unfilled,

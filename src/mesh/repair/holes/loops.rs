@@ -1,7 +1,13 @@
 //! The boundary loops of a mesh.
 
+use glam::DVec3;
+
+use super::triangulate::normal;
 use crate::mesh::half_edges::{EdgeTable, next, previous};
 use crate::mesh::{NONE, TriMesh};
+
+/// A rim's normal and those of the triangles at it are opposite: the cosine is at most this, on average.
+const FLAT: f64 = -0.9;
 
 /// A boundary loop in which no vertex occurs twice, in the order that triangles filling it have.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -23,6 +29,14 @@ impl Hole {
         let vertices = self.vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
         let [low, high] = TriMesh { vertices, triangles: Vec::new() }.bounds().unwrap_or_default();
         high.distance(low)
+    }
+
+    /// Whether it runs around a flat part instead of a hole in one.
+    pub fn is_rim(&self, mesh: &TriMesh) -> bool {
+        let beside = self.half_edges.iter().map(|half| mesh.doubled_normal(*half as usize / 3));
+        let outwards: DVec3 = beside.map(DVec3::normalize_or_zero).sum();
+        let inside = normal(&self.vertices, &mesh.vertices).normalize_or_zero();
+        outwards.dot(inside) < FLAT * self.vertices.len() as f64
     }
 
     /// Turns it so that its least vertex is the first.

@@ -4,6 +4,7 @@
 //! they are as small as those around it, and the new vertices move to where the surface bends least.
 
 mod fair;
+mod hanging;
 mod loops;
 mod patch;
 mod triangulate;
@@ -21,9 +22,10 @@ pub(crate) use loops::{Hole, boundary_of};
 use patch::Patch;
 pub(crate) use triangulate::triangulate;
 
-/// Fills all holes no larger than `largest` across, in the mesh's unit, but not those of components no larger
-/// themselves, which would be closed onto themselves. The triangles of patches come last, and each has the
-/// `origin` of the closest triangle at the hole. The mesh must be oriented.
+/// Fills all holes no larger than `largest` across, in the mesh's unit. The rim of a flat part is none, and
+/// neither are those of components no larger themselves. Small parts that hang in a hole by a vertex are
+/// removed. The triangles of patches come last, and each has the `origin` of the closest triangle at its
+/// hole. The mesh must be oriented.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -34,9 +36,14 @@ pub(super) fn fill_holes(
     counts: &mut RepairCounts,
     progress: &ProgressToken,
 ) -> Result<()> {
-    let Boundary { holes, is_open } = boundary_of(mesh, &EdgeTable::new(&mesh.triangles));
+    let mut table = EdgeTable::new(&mesh.triangles);
+    counts.parts_removed = hanging::remove(mesh, origin, largest, &table);
+    if counts.parts_removed > 0 {
+        table = EdgeTable::new(&mesh.triangles);
+    }
+    let Boundary { holes, is_open } = boundary_of(mesh, &table);
     let is_small = small_components(mesh, largest);
-    let is_filled = |hole: &Hole| !is_small(hole) && hole.width(mesh) <= largest;
+    let is_filled = |hole: &Hole| !is_small(hole) && hole.width(mesh) <= largest && !hole.is_rim(mesh);
     let (holes, wide): (Vec<Hole>, Vec<Hole>) = holes.into_iter().partition(is_filled);
     counts.holes_left = wide.len();
     counts.holes_unfilled = usize::from(is_open);
@@ -78,14 +85,9 @@ fn small_components(mesh: &TriMesh, largest: f64) -> impl Fn(&Hole) -> bool + us
         mesh.corners(t).into_iter().for_each(|p| (*low, *high) = (low.min(p), high.max(p)));
     }
     let whole = mesh.bounds().map_or(0.0, |[low, high]| high.distance(low));
-    let triangles = of_triangle.iter().fold(vec![0_usize; areas.len()], |mut counts, part| {
-        counts[*part as usize] += 1;
-        counts
-    });
     move |hole| {
-        let part = of_triangle[hole.half_edges[0] as usize / 3] as usize;
-        let [low, high] = bounds[part];
-        triangles[part] == 1 || (largest < whole && high.distance(low) <= largest)
+        let [low, high] = bounds[of_triangle[hole.half_edges[0] as usize / 3] as usize];
+        largest < whole && high.distance(low) <= largest
     }
 }
 

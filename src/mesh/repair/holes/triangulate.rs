@@ -32,7 +32,7 @@ pub(crate) fn triangulate(around: &[u32], at: &[DVec3], taken: &EdgeSet, added: 
 }
 
 /// The normal of a polygon by Newell's method, of any length.
-fn normal(around: &[u32], at: &[DVec3]) -> DVec3 {
+pub(super) fn normal(around: &[u32], at: &[DVec3]) -> DVec3 {
     let origin = at[around[0] as usize];
     let place = |k: usize| at[around[k % around.len()] as usize] - origin;
     (0..around.len()).map(|k| place(k).cross(place(k + 1))).sum()
