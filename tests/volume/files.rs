@@ -226,7 +226,11 @@ fn the_program_makes_a_mesh_of_a_volume() {
     for (arguments, code, said) in [
         ("remesh ball.npy out.ply -n 300", 2, "add --iso VALUE"),
         ("remesh ball.npy out.ply -n 300 --iso 77", 3, "no surface at 77"),
-        ("remesh ball.npy out.ply -n 300 --iso 0 --fill-holes 1", 2, "is a volume"),
+        (
+            "remesh ball.npy out.ply -n 300 --iso 0 --fill-holes 1",
+            2,
+            "does not work with volumes; use --closed",
+        ),
         ("remesh ball.npy out.ply -n 300 --normals-only", 3, "not a mesh"),
         ("remesh out.ply o.ply -n 300 --iso 0", 2, "works only with volumes"),
         ("remesh ball.npy out.npy -n 300 --iso 0", 1, "no faces"),
