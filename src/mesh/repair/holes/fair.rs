@@ -129,9 +129,7 @@ impl System {
         let inner = &self.rows[self.around..];
         let laplacian =
             |x: &[DVec3]| -> Vec<DVec3> { inner.iter().map(|row| -row.weight * row.of(x)).collect() };
-        let by_diagonal =
-            |x: &[DVec3]| -> Vec<DVec3> { inner.iter().zip(x).map(|(row, x)| *x / row.weight).collect() };
-        let by_diagonal = |x: &[DVec3]| Ok(by_diagonal(x));
+        let by_diagonal = |x: &[DVec3]| Ok(inner.iter().zip(x).map(|(row, x)| *x / row.weight).collect());
         let solved = |x: Vec<DVec3>| conjugate_gradients(laplacian, by_diagonal, x, STEPS[1], TOLERANCE[1]);
         let twice_solved = |x: &[DVec3]| {
             progress.poll()?;

@@ -88,7 +88,7 @@ pub(crate) fn boundary_of(mesh: &TriMesh, table: &EdgeTable) -> Boundary {
     };
     let mut is_done = vec![false; corners.len()];
     let mut place = vec![NONE; mesh.vertices.len()];
-    let (mut holes, mut chains) = (Vec::new(), 0);
+    let (mut holes, mut is_open) = (Vec::new(), false);
     for first in (0..corners.len() as u32).filter(|half| is_boundary[*half as usize]) {
         if is_done[first as usize] {
             continue;
@@ -116,14 +116,14 @@ pub(crate) fn boundary_of(mesh: &TriMesh, table: &EdgeTable) -> Boundary {
         if half == Some(first) {
             found.push(hole);
         } else {
-            chains += 1;
+            is_open = true;
         }
         holes.extend(found.into_iter().filter(|hole| hole.len() > 2));
     }
     debug_assert!(holes.iter().all(|hole| is_closed(hole, corners)));
     holes.iter_mut().for_each(Hole::begin_at_least);
     holes.sort_by(|a, b| a.vertices.cmp(&b.vertices));
-    Boundary { holes, is_open: chains > 0 }
+    Boundary { holes, is_open }
 }
 
 /// Whether each half-edge leads to the vertex before its own.

@@ -1,7 +1,7 @@
-//! Holes filled by patches that follow the surface around them, as dense as that.
+//! Holes filled by patches that follow the surface around them.
 //!
 //! After Liepa, "Filling holes in meshes" (2003): a hole is triangulated, the triangles are divided until
-//! they are as small as those around it, and the new vertices move to where the surface bends least.
+//! they are about as small as those around it, and the new vertices move to where the surface bends least.
 
 mod fair;
 mod hanging;
@@ -129,8 +129,8 @@ fn flatten_crossing(
     if before.iter().all(|count| *count == 0) {
         return Ok(());
     }
-    let of_both = || added.iter().zip(&before).filter(|(_, count)| **count > 0);
-    of_both().for_each(|(patch, _)| patch.put(&patch.flat, mesh));
+    let hit = added.iter().zip(&before).filter(|(_, count)| **count > 0);
+    hit.for_each(|(patch, _)| patch.put(&patch.flat, mesh));
     let after = crossing(mesh)?;
     for ((patch, before), after) in added.iter().zip(&before).zip(after) {
         if *before > 0 && after >= *before {
@@ -149,7 +149,6 @@ pub(crate) fn sides([a, b, c]: &[u32; 3]) -> [(u32, u32); 3] {
 pub(crate) fn edges_between(holes: &[Hole], mesh: &TriMesh) -> EdgeSet {
     let mut is_on_hole = vec![false; mesh.vertices.len()];
     holes.iter().flat_map(|hole| &hole.vertices).for_each(|v| is_on_hole[*v as usize] = true);
-    let sides = mesh.triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]);
-    let between = sides.filter(|(v, w)| is_on_hole[*v as usize] && is_on_hole[*w as usize]);
-    between.map(|(v, w)| edge_key(v, w)).collect()
+    let is_between = |(v, w): &(u32, u32)| is_on_hole[*v as usize] && is_on_hole[*w as usize];
+    mesh.triangles.iter().flat_map(sides).filter(is_between).collect()
 }

@@ -5,7 +5,7 @@ use std::f64::consts::SQRT_2;
 
 use glam::DVec3;
 
-use super::{Hole, triangulate};
+use super::{Hole, sides, triangulate};
 use crate::mesh::TriMesh;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::triangle::doubled_normal;
@@ -158,10 +158,8 @@ impl Patch {
     /// For each triangle, the number of a vertex of the hole whose side is closest to it over the triangles.
     pub fn sides(&self) -> Vec<usize> {
         let mut of_edge: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
-        for (t, [a, b, c]) in self.triangles.iter().enumerate() {
-            for (v, w) in [(*a, *b), (*b, *c), (*c, *a)] {
-                of_edge.entry(edge_key(v, w)).or_default().push(t);
-            }
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            sides(triangle).into_iter().for_each(|edge| of_edge.entry(edge).or_default().push(t));
         }
         const NOWHERE: usize = usize::MAX;
         let mut side = vec![NOWHERE; self.triangles.len()];
@@ -179,13 +177,10 @@ impl Patch {
         while next < front.len() {
             let t = front[next];
             next += 1;
-            let [a, b, c] = self.triangles[t];
-            for (v, w) in [(a, b), (b, c), (c, a)] {
-                for other in &of_edge[&edge_key(v, w)] {
-                    if side[*other] == NOWHERE {
-                        side[*other] = side[t];
-                        front.push(*other);
-                    }
+            for other in sides(&self.triangles[t]).iter().flat_map(|edge| &of_edge[edge]) {
+                if side[*other] == NOWHERE {
+                    side[*other] = side[t];
+                    front.push(*other);
                 }
             }
         }
