@@ -44,6 +44,7 @@ mod progress;
 mod remesher;
 pub mod report;
 pub mod volume;
+pub mod wrap;
 
 // How it is done, which may change at any time: seen by the project's own tests and benches alone.
 #[cfg(feature = "internals")]

@@ -22,3 +22,4 @@ mod stages;
 mod support;
 mod tables;
 mod volume;
+mod wrap;

@@ -8,14 +8,16 @@ use super::method::{MethodArgs, refuse_messages};
 use super::progress::RunProgress;
 use super::target_count::count;
 use super::volume::{VolumeArgs, settle_isovalues};
+use super::wrap::{size_by_detail, wrapped};
 use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes};
+use rtfmesh::mesh::correspondence::find_correspondence;
 use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::{
-    CorrespondenceRequest, Device, Error, Method, Options, Preview, Remeshed, Result, Size, Sizing, Summary,
-    WarningCode, preview_repaired, remesh_repaired,
+    CorrespondenceRequest, Device, Error, Length, Method, Options, Preview, ProgressToken, Remeshed, Result,
+    Size, Sizing, Summary, TriMesh, WarningCode, preview_repaired, remesh_repaired,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -89,6 +91,20 @@ pub struct RemeshJob<'a> {
     repaired: Option<Repaired>,
     /// Whether the surface is that of a volume.
     is_volume: bool,
+    /// What the surface is around, if it was made by wrapping.
+    around: Option<Around>,
+}
+
+/// A mesh that was wrapped.
+struct Around {
+    mesh: TriMesh,
+    repaired: Repaired,
+}
+
+/// A surface to be remeshed.
+struct Surface<'a> {
+    loaded: Cow<'a, Loaded>,
+    around: Option<Around>,
 }
 
 /// What a run gives.
@@ -149,6 +165,11 @@ impl<'a> RemeshJob<'a> {
         if self.is_volume {
             settle_isovalues(&self.loaded, &result.mesh, &mut attributes);
         }
+        if let (Some(Around { mesh, repaired }), Some(found)) = (&self.around, &mut result.correspondence) {
+            // The places are wanted on what the user has.
+            let (request, progress) = (self.options.correspondence, ProgressToken::default());
+            *found = find_correspondence(mesh, repaired, &result.mesh, request, &progress)?;
+        }
         Ok(Finished { result, attributes, is_cut_short })
     }
 
@@ -184,7 +205,7 @@ impl<'a> Request<'a> {
         let is_volume = matches!(source, SurfaceSource::Volume { .. });
         // An attribute that is missing is reported before any long work.
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
-        let loaded = self.make_surface(source, notes, run)?;
+        let Surface { loaded, around } = self.make_surface(source, notes, run)?;
         self.options.coarse_to_fine.refine = self.method.refinements(&loaded)?;
         let kept = self.method.kept(&loaded)?;
         if !kept.is_empty() {
@@ -200,21 +221,33 @@ impl<'a> Request<'a> {
             self.options.coarse_to_fine.sizing = Sizing::Given(values.to_vec());
         }
         let Self { attributes, options, file, .. } = self;
-        Ok(RemeshJob { attributes, file, loaded, options, repaired, is_volume })
+        Ok(RemeshJob { attributes, file, loaded, options, repaired, is_volume, around })
     }
 
-    /// The surface. If it is made from points or a volume, its sharp edges are artefacts, so the options get
-    /// none unless the user set the feature angle.
+    /// The surface. If it is made, from points, a volume or by wrapping, its sharp edges are artefacts or
+    /// ragged, so the options get none unless the user set the feature angle.
     fn make_surface(
         &mut self,
         source: SurfaceSource<'a>,
         notes: &mut Notes,
         run: &mut RunProgress,
-    ) -> Result<Cow<'a, Loaded>> {
+    ) -> Result<Surface<'a>> {
         let begin = Instant::now();
-        let mut rim = None;
+        let (mut rim, mut around) = (None, None);
+        let detail = self.method.wrap.detail();
+        if detail.is_some() && !matches!(source, SurfaceSource::Mesh(_)) {
+            let remedy = "remove it, or wrap a mesh that was made of it";
+            return Err(Error::usage("--wrap works only with meshes", remedy));
+        }
         let mut made = match source {
-            SurfaceSource::Mesh(loaded) => return Ok(loaded),
+            SurfaceSource::Mesh(loaded) => match detail {
+                Some(detail) => {
+                    let (made, inside) = self.wrapped(loaded.into_owned(), detail, run)?;
+                    around = Some(inside);
+                    made
+                }
+                None => return Ok(Surface { loaded, around }),
+            },
             SurfaceSource::Points { mut cloud, holes } => {
                 self.size = size_by_points(self.size, cloud.points.len(), &self.options);
                 let has_sizing = self.sizing.is_some();
@@ -247,7 +280,27 @@ impl<'a> Request<'a> {
         }
         std::mem::take(&mut made.notes).into_iter().for_each(|note| notes.add(note));
         notes.mention(&format!("the surface took {:.2} s", begin.elapsed().as_secs_f64()));
-        Ok(Cow::Owned(made))
+        Ok(Surface { loaded: Cow::Owned(made), around })
+    }
+
+    /// A surface around a mesh, by the repairs asked for, which are made then.
+    fn wrapped(
+        &mut self,
+        mut loaded: Loaded,
+        detail: Length,
+        run: &mut RunProgress,
+    ) -> Result<(Loaded, Around)> {
+        self.size = size_by_detail(self.size, detail);
+        let has_sizing = self.sizing.is_some();
+        loaded.attributes.vertex.extend(self.sizing.take());
+        let repairs = self.options.repairs();
+        let (mut made, repaired) = wrapped(&loaded, (detail, repairs), |now| run.update(now))?;
+        if has_sizing {
+            self.sizing = made.attributes.vertex.pop();
+        }
+        self.options.fill_holes = None;
+        (self.options.weld, self.options.min_component, self.options.smooth_boundary) = (0.0, 0.0, 0.0);
+        Ok((made, Around { mesh: loaded.mesh, repaired }))
     }
 }
 

@@ -7,6 +7,7 @@ use super::refine::refinements;
 use super::repair::RepairArgs;
 use super::selection::{Selection, kept, selection};
 use super::sizing::SizingArgs;
+use super::wrap::WrapArgs;
 use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::{Input, Loaded, Reader};
@@ -104,6 +105,9 @@ pub struct MethodArgs {
     sizing: SizingArgs,
     #[command(flatten)]
     repairs: RepairArgs,
+    /// What is wrapped before it is remeshed.
+    #[command(flatten)]
+    pub wrap: WrapArgs,
     /// Add vertices if N is too small for a valid mesh
     #[arg(long, conflicts_with = "strict", help_heading = SIZE, hide_short_help = true)]
     vertices_at_least: bool,

@@ -33,6 +33,7 @@ mod target_count;
 mod terminal;
 mod volume;
 mod words;
+mod wrap;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -82,6 +83,7 @@ enum Command {
     Remesh(remesh::Args),
     Batch(batch::Args),
     Repair(repair::Args),
+    Wrap(Box<wrap::Args>),
     Follow(follow::Args),
     Measure(measure::Args),
     Inspect(inspect::Args),
@@ -112,6 +114,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     };
     let outcome = match cli.command {
         Command::Remesh(args) => return tell_outcome(remesh::run(&args)),
+        Command::Wrap(args) => return tell_outcome(wrap::run(*args)),
         Command::Batch(args) => batch::run(&args),
         Command::Repair(args) => repair::run(&args),
         Command::Follow(args) => follow::run(&args),

@@ -12,6 +12,7 @@ use super::progress::{ProgressArgs, Reading, RunProgress, begin_writing};
 use super::target_count::SizeArgs;
 use super::terminal::{print, tell};
 use super::volume::VolumeArgs;
+use super::wrap::WrapArgs;
 use super::{table, words};
 use crate::error::shown;
 use anyhow::Result;
@@ -124,6 +125,13 @@ enum ColoursOfCells {
     Area,
     /// The numbers of neighbours: white for six, blue for fewer, red for more
     Valence,
+}
+
+impl Args {
+    /// Wraps the input first.
+    pub fn wrap_at(&mut self, wrap: WrapArgs) {
+        self.method.wrap = wrap;
+    }
 }
 
 /// Reads, remeshes, writes. Nothing is written unless everything before succeeded. Returns the exit code.

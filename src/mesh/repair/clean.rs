@@ -53,7 +53,8 @@ pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut Re
     Cleaned { triangles, origin, flat }
 }
 
-fn is_flat(corners: [DVec3; 3]) -> bool {
+/// Whether a triangle with these corners is dropped for want of an area.
+pub(crate) fn is_flat(corners: [DVec3; 3]) -> bool {
     let edges = |[a, b, c]: [DVec3; 3]| [b - a, c - b, a - c];
     let largest = |edges: &[DVec3; 3]| edges.iter().map(|edge| edge.abs().max_element()).fold(0.0, f64::max);
     let mut sides = edges(corners);

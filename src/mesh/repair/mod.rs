@@ -28,6 +28,7 @@ use super::submesh::without_unused_vertices;
 use super::{TriMesh, position_key};
 use crate::{Error, Length, ProgressToken, Result};
 pub(crate) use borders::{BorderSmoothing, smooth_borders};
+pub(crate) use clean::is_flat;
 use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
 pub use counts::RepairCounts;
@@ -276,7 +277,7 @@ fn check(mesh: &TriMesh) -> Result<()> {
 }
 
 /// For each vertex the first one at the same position.
-fn same_places(vertices: &[DVec3]) -> Vec<u32> {
+pub(crate) fn same_places(vertices: &[DVec3]) -> Vec<u32> {
     let mut firsts: QuickMap<[u64; 3], u32> = QuickMap::default();
     firsts.reserve(vertices.len());
     let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(position_key(*position)) {

@@ -95,6 +95,8 @@ pub(super) struct Collapser<'a> {
     graph: &'a mut Graph,
     /// What the graph is made of.
     surface: &'a TriMesh,
+    /// As [`super::Preserved::apart`].
+    apart: bool,
     quadrics: Vec<Quadric>,
     /// How often the triangles at each vertex changed.
     version: Vec<u32>,
@@ -106,14 +108,14 @@ pub(super) struct Collapser<'a> {
 type Move = Reverse<(u64, u32, u32, [u32; 2])>;
 
 impl<'a> Collapser<'a> {
-    pub fn new(graph: &'a mut Graph, surface: &'a TriMesh, progress: &'a ProgressToken) -> Self {
+    pub fn new(graph: &'a mut Graph, surface: &'a TriMesh, apart: bool, progress: &'a ProgressToken) -> Self {
         let mut quadrics = vec![Quadric::default(); graph.points.len()];
         for triangle in &graph.triangles {
             let quadric = Quadric::of(graph.corners(*triangle));
             triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
         }
         let (version, changes) = (vec![0; graph.points.len()], Changes::new(graph));
-        Self { graph, surface, quadrics, version, changes, progress }
+        Self { graph, surface, apart, quadrics, version, changes, progress }
     }
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
@@ -157,7 +159,7 @@ impl<'a> Collapser<'a> {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
-            let apart = limits.apart || self.graph.used < FEW;
+            let apart = self.apart || limits.apart || self.graph.used < FEW;
             // What takes least time comes first.
             let keeps = versions == current
                 && !self.is_same_since(since, [v, u], apart)

@@ -30,17 +30,12 @@ pub fn with_vertices(
     progress: &ProgressToken,
 ) -> Result<Simplified> {
     let mut graph = Graph::new(mesh, preserved);
-    reach(&mut graph, mesh, count, progress)?;
-    Ok(graph.into_mesh())
-}
-
-/// Removes or adds vertices until there are `count`.
-fn reach(graph: &mut Graph, mesh: &TriMesh, count: usize, progress: &ProgressToken) -> Result<()> {
     if graph.used > count {
-        return Collapser::new(graph, mesh, progress).collapse(count);
+        Collapser::new(&mut graph, mesh, preserved.apart, progress).collapse(count)?;
+    } else {
+        split::split(&mut graph, count);
     }
-    split::split(graph, count);
-    Ok(())
+    Ok(graph.into_mesh())
 }
 
 #[cfg(test)]

@@ -434,7 +434,7 @@ fn simplify_component(surface: &TriMesh, target: &ComponentTarget) -> Result<Sim
         && features.corners.len() <= target.vertices
     {
         let curves = curve_half_edges(surface, &features);
-        let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners })?;
+        let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners, apart: false })?;
         if with_curves.mesh.vertices.len() <= target.vertices {
             return Ok(with_curves);
         }

@@ -1,0 +1,216 @@
+//! A closed surface around the outside of any triangles, such as soups, assemblies and open sheets.
+//!
+//! A ball rolls over all triangles from outside. What it cannot enter is filled: gaps narrower than the ball,
+//! what is inside, what overlaps. The surface of the places that it reaches is that of a morphological
+//! closing: first the level set of the distance from the triangles at the ball's radius, as far as it can be
+//! reached from outside, then the level set of the distance from that one, back towards the triangles. Its
+//! vertices near triangles then move onto these, unless both sides of a sheet would meet there.
+
+mod contact;
+mod lattice;
+
+use rayon::prelude::*;
+
+use crate::mesh::bvh::Bvh;
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::level_set::{BLOCK_NODES, SparseGrid, extract};
+use crate::mesh::repair::{RepairOptions, Repaired, repair_with_progress};
+use crate::mesh::simplify::{Preserved, with_vertices};
+use crate::mesh::submesh::without_unused_vertices;
+use crate::mesh::unit_frame::UnitFrame;
+use crate::progress::ProgressReporter;
+use crate::{Error, Flow, Length, Phase, Progress, ProgressToken, Result, TriMesh};
+use contact::{Contact, NEARLY, WHOLLY};
+use lattice::Lattice;
+
+/// The radius of the ball over the detail.
+const BALL: f64 = 0.5;
+/// The side of the grid's cells over the ball's radius.
+const SIDE: f64 = 2.0 / 3.0;
+/// The distance of the second level set from the triangles, in sides: sheets are twice as thick, and cells
+/// between both of their sides.
+const OFF: f64 = 0.75;
+/// Blocks are kept as far from the triangles as the ball's radius and this many sides.
+const MORE: f64 = 3.0;
+/// Most blocks of the grid: 30 million nodes.
+const MOST_BLOCKS: usize = 60_000;
+/// Vertices that are kept of those of the second level set: along sharp edges, several are at one place.
+const KEPT: f64 = 0.6;
+/// The detail, over the diagonal, with which the work is finished early, at the least.
+const ROUGH: f64 = 0.04;
+
+/// How triangles are wrapped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct WrapOptions {
+    /// The diameter of the ball: gaps narrower than this are closed, and concave edges rounded by half of it.
+    /// The surface stays within this distance of what the ball touches. Sheets without a thickness become
+    /// half as thick as this.
+    pub detail: Length,
+    /// Repairs that come before: holes filled are not entered.
+    pub repairs: RepairOptions,
+}
+
+impl Default for WrapOptions {
+    /// One percent of the diagonal.
+    fn default() -> Self {
+        Self { detail: Length::OfDiagonal(0.01), repairs: RepairOptions::default() }
+    }
+}
+
+impl WrapOptions {
+    /// Sets [`WrapOptions::detail`].
+    #[must_use]
+    pub fn detail(self, detail: Length) -> Self {
+        Self { detail, ..self }
+    }
+
+    /// Sets [`WrapOptions::repairs`].
+    #[must_use]
+    pub fn repairs(self, repairs: RepairOptions) -> Self {
+        Self { repairs, ..self }
+    }
+
+    /// # Errors
+    /// [`Error::Usage`] for what is out of range.
+    pub fn validate(&self) -> Result<()> {
+        let (Length::Units(detail) | Length::OfDiagonal(detail)) = self.detail;
+        if !(detail.is_finite() && detail > 0.0) {
+            let problem = format!("`wrap` {detail} is out of range");
+            return Err(Error::option("wrap", problem, "give a length above 0, such as 1%"));
+        }
+        self.repairs.validate()
+    }
+}
+
+/// A surface around triangles.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Wrapped {
+    /// The surface: closed, manifold, facing outwards, without triangles that intersect others; with many
+    /// small and uneven triangles, for [`crate::remesh`].
+    pub mesh: TriMesh,
+    /// The triangles that it is around.
+    pub repaired: Repaired,
+    /// The detail, in their unit: more than asked for if the work was finished early.
+    pub detail: f64,
+    /// The fraction of its vertices that lie on triangles, 0 to 1. Others span gaps or keep off sheets.
+    pub on_input: f64,
+}
+
+/// A closed surface around the outside of triangles, which need not be connected or oriented in any way.
+///
+/// # Errors
+/// [`Error::Input`] for coordinates that are not finite, and without triangles; [`Error::Usage`] for a detail
+/// that is out of range or so small that the grid would be too large.
+pub fn wrap(mesh: &TriMesh, options: &WrapOptions) -> Result<Wrapped> {
+    wrap_with_progress(mesh, options, |_| {})
+}
+
+/// Like [`wrap`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+///
+/// # Errors
+/// As [`wrap`], and [`Error::Cancelled`] if `progress` asks for it.
+pub fn wrap_with_progress<F: Into<Flow>>(
+    mesh: &TriMesh,
+    options: &WrapOptions,
+    mut progress: impl FnMut(Progress) -> F,
+) -> Result<Wrapped> {
+    options.validate()?;
+    let mut callback = |now| progress(now).into();
+    let mut reporter = ProgressReporter::new(&mut callback);
+    reporter.phase(Phase::Surface, 1.0, 1.0)?;
+    reporter.during(|token| run(mesh, options, token))
+}
+
+fn run(mesh: &TriMesh, options: &WrapOptions, progress: &ProgressToken) -> Result<Wrapped> {
+    let repaired = repair_with_progress(mesh, &options.repairs, progress)?;
+    let frame = UnitFrame::of(&repaired.mesh)?;
+    let detail = match options.detail {
+        Length::Units(length) => length / frame.scale,
+        Length::OfDiagonal(share) => share,
+    };
+    let vertices = repaired.mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+    let placed = TriMesh { vertices, triangles: repaired.mesh.triangles.clone() };
+    let rough = detail.max(ROUGH);
+    let (found, detail) = progress.or_rough(
+        |progress| Ok((around(&placed, detail, frame, progress)?, detail)),
+        |progress| Ok((around(&placed, rough, frame, progress)?, rough)),
+    )?;
+    let (mesh, on_input) = found;
+    Ok(Wrapped { mesh, repaired, detail: detail * frame.scale, on_input })
+}
+
+/// Around triangles in the unit-diagonal frame; the surface is in the unit of the input. With it comes the
+/// fraction of its vertices that lie on triangles.
+fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToken) -> Result<(TriMesh, f64)> {
+    let bvh = Bvh::new(mesh);
+    let ball = BALL * detail;
+    let side = SIDE * ball;
+    let reach = ball + MORE * side;
+    let Some((mut grid, size)) = Lattice::near(&bvh, side, reach, MOST_BLOCKS) else {
+        return Err(too_fine(&bvh, detail));
+    };
+    let distances = distances_of(&grid, &bvh, progress)?;
+    let is_free: Vec<bool> = distances.par_iter().map(|d| f64::from(*d) > ball).collect();
+    let outside = Lattice::new(&grid, size).outside(&grid, &is_free);
+    let signed = |(distance, outside): (&f32, &bool)| {
+        let beyond = distance - ball as f32;
+        if *outside { beyond } else { -beyond.abs() }
+    };
+    grid.values = distances.par_iter().zip(&outside).map(signed).collect();
+    let rolled = extract(&grid, progress)?.mesh;
+    let rolled = without_unused_vertices(&rolled, rolled.triangles.clone());
+    let rolled_tree = Bvh::new(&rolled);
+    let off = OFF * side;
+    let back = (ball - off) as f32;
+    let from_rolled = distances_of(&grid, &rolled_tree, progress)?;
+    let closed = |(distance, outside): (&f32, &bool)| back + if *outside { *distance } else { -distance };
+    grid.values = from_rolled.par_iter().zip(&outside).map(closed).collect();
+    let found = extract(&grid, progress)?.mesh;
+    let mut found = without_unused_vertices(&found, found.triangles.clone());
+    found.vertices.par_iter_mut().for_each(|p| *p = frame.to_input_units(*p));
+    let contact = Contact { input: &bvh, rolled: &rolled_tree, ball, off, frame };
+    contact.bring_near(&mut found, &NEARLY, progress)?;
+    let kept = (KEPT * found.vertices.len() as f64) as usize;
+    let mut fewer =
+        with_vertices(&found, Preserved { apart: true, ..Default::default() }, kept, progress)?.mesh;
+    // What was to be avoided was looked for around each edge alone.
+    if !intersecting_faces(&fewer, progress)?.is_empty() {
+        fewer = found;
+    }
+    let on_input = contact.bring_near(&mut fewer, &WHOLLY, progress)?;
+    Ok((fewer, on_input))
+}
+
+/// The distance of each node of a grid from a surface.
+fn distances_of(grid: &SparseGrid, surface: &Bvh, progress: &ProgressToken) -> Result<Vec<f32>> {
+    let mut distances = vec![0.0; grid.values.len()];
+    let of_block = |(values, block): (&mut [f32], &[i32; 3])| {
+        progress.poll()?;
+        let mut rank = 0;
+        for (number, value) in values.iter_mut().enumerate() {
+            let p = grid.position(SparseGrid::node(*block, number));
+            *value = surface.closest_from(p, &mut rank).map_or(0.0, |found| found.distance_sq.sqrt() as f32);
+        }
+        Ok(())
+    };
+    distances.par_chunks_mut(BLOCK_NODES).zip(grid.blocks()).try_for_each(of_block)?;
+    Ok(distances)
+}
+
+/// The error for a grid that would be too large, with a detail for which it is not.
+fn too_fine(bvh: &Bvh, detail: f64) -> Error {
+    let fits = |detail: f64| {
+        let ball = BALL * detail;
+        Lattice::near(bvh, SIDE * ball, ball + MORE * SIDE * ball, MOST_BLOCKS).is_some()
+    };
+    let mut enough = 1.25 * detail;
+    while enough < 1.0 && !fits(enough) {
+        enough *= 1.25;
+    }
+    let problem = format!("a detail of {:.2} % of the diagonal needs too large a grid", 100.0 * detail);
+    // Rounded up.
+    let remedy = format!("ask for {:.2}% or more", (1e4 * enough).ceil() / 100.0);
+    Error::option("detail", problem, remedy)
+}

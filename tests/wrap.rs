@@ -1,0 +1,131 @@
+//! Closed surfaces around triangles of any kind.
+
+use crate::support::rng;
+use crate::support::shapes::{moved, sphere, union};
+use glam::DVec3;
+use rand::RngExt;
+use rtfmesh::mesh::distance::distances;
+use rtfmesh::mesh::intersections::intersecting_faces;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::wrap::{WrapOptions, Wrapped, wrap, wrap_with_progress};
+use rtfmesh::{Error, Flow, Length, ProgressToken, TriMesh};
+
+fn wrapped(mesh: &TriMesh, share: f64) -> Wrapped {
+    let found = wrap(mesh, &WrapOptions::default().detail(Length::OfDiagonal(share))).unwrap();
+    assert!(topology(&found.mesh).is_closed_manifold());
+    assert!(intersecting_faces(&found.mesh, &ProgressToken::default()).unwrap().is_empty());
+    found
+}
+
+fn volume(mesh: &TriMesh) -> f64 {
+    let cone = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.triangles.len()).map(cone).sum()
+}
+
+/// Every triangle by itself, with vertices of its own that are somewhat off, and every third turned over.
+fn soup(mesh: &TriMesh, off: f64, seed: u64) -> TriMesh {
+    let mut rng = rng(seed);
+    let mut made = TriMesh::default();
+    for t in 0..mesh.triangles.len() {
+        let first = made.vertices.len() as u32;
+        let mut shift = || rng.random_range(-off..=off);
+        made.vertices.extend(mesh.corners(t).map(|p| p + DVec3::new(shift(), shift(), shift())));
+        let [a, b, c] = [first, first + 1, first + 2];
+        made.triangles.push(if t % 3 == 0 { [a, c, b] } else { [a, b, c] });
+    }
+    made
+}
+
+/// The mesh without the triangles whose centres meet the condition.
+fn without(mesh: &TriMesh, is_cut: impl Fn(DVec3) -> bool) -> TriMesh {
+    let centre = |t: usize| mesh.corners(t).into_iter().sum::<DVec3>() / 3.0;
+    let kept = (0..mesh.triangles.len()).filter(|t| !is_cut(centre(*t))).map(|t| mesh.triangles[t]).collect();
+    TriMesh { triangles: kept, ..mesh.clone() }
+}
+
+#[test]
+fn a_soup_with_shells_inside_becomes_the_solid_around_it() {
+    let cube = sample("box").unwrap();
+    let centre = cube.vertices.iter().sum::<DVec3>() / cube.vertices.len() as f64;
+    let inside = moved(&sphere(0.2, 2), |p| p + centre);
+    let found = wrapped(&union(&soup(&cube, 1e-3, 3), &inside), 0.03);
+    assert_eq!(topology(&found.mesh).components, 1);
+    assert_eq!(topology(&found.mesh).genus, Some(0));
+    let share = volume(&found.mesh) / volume(&cube);
+    // Edges of the soup are up to .002 apart.
+    assert!((0.995..1.01).contains(&share), "{share}");
+    assert!(found.on_input > 0.9, "{}", found.on_input);
+    // Its corners and edges come back within half of the detail, .83 % of the diagonal when this was written.
+    let far = distances(&cube, &found.mesh, &ProgressToken::default()).unwrap();
+    assert!(far.hausdorff_to_reference < 1.0, "{far:?}");
+}
+
+#[test]
+fn what_overlaps_becomes_one_and_what_is_apart_stays_apart() {
+    let ball = sphere(1.0, 4);
+    let overlapping = wrapped(&union(&ball, &moved(&ball, |p| p + DVec3::new(1.2, 0.1, 0.0))), 0.02);
+    assert_eq!(topology(&overlapping.mesh).components, 1);
+    // Two balls less the lens that they share.
+    let apart: f64 = 1.2f64.hypot(0.1);
+    let lens = std::f64::consts::PI * (4.0 + apart) * (2.0 - apart).powi(2) / 12.0;
+    let whole = 2.0 * volume(&ball) - lens;
+    let share = volume(&overlapping.mesh) / whole;
+    assert!((0.995..1.005).contains(&share), "{share}");
+    let two = wrapped(&union(&ball, &moved(&ball, |p| p + 2.5 * DVec3::X)), 0.02);
+    assert_eq!(topology(&two.mesh).components, 2);
+}
+
+#[test]
+fn gaps_narrower_than_the_detail_are_closed_and_wider_ones_are_entered() {
+    let ball = sphere(1.0, 5);
+    // A hole .3 across; the diagonal is 3.46.
+    let open = without(&ball, |p| p.z > 0.0 && p.truncate().length() < 0.15);
+    let closed = wrapped(&open, 0.1);
+    let share = volume(&closed.mesh) / volume(&ball);
+    // Vertices lie on the ball, so chords of a third of the detail are within it.
+    assert!((0.985..1.0).contains(&share), "{share}");
+    let shell = wrapped(&open, 0.04);
+    let thickness = volume(&shell.mesh) / open.area();
+    // Half of the detail.
+    assert!((0.8..1.2).contains(&(thickness / (0.02 * 12f64.sqrt()))), "{thickness}");
+    assert_eq!((topology(&shell.mesh).components, topology(&shell.mesh).genus), (1, Some(0)));
+}
+
+#[test]
+fn a_torus_keeps_its_hole_and_its_place() {
+    let torus = sample("torus").unwrap();
+    let found = wrapped(&torus, 0.02);
+    assert_eq!(topology(&found.mesh).genus, Some(1));
+    let far = distances(&found.mesh, &torus, &ProgressToken::default()).unwrap();
+    assert!(far.rms < 0.03 && far.hausdorff < 0.3, "{far:?}");
+}
+
+#[test]
+fn any_number_of_threads_gives_the_same_bytes() {
+    let mesh = soup(&sample("torus").unwrap(), 1e-3, 5);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| wrapped(&mesh, 0.06).mesh)
+    };
+    assert!(with(1) == with(4));
+}
+
+#[test]
+fn lengths_that_cannot_be_are_named_with_ones_that_can() {
+    let ball = sphere(1.0, 2);
+    for detail in [0.0, -0.1, f64::NAN, f64::INFINITY] {
+        let error = wrap(&ball, &WrapOptions::default().detail(Length::Units(detail))).unwrap_err();
+        assert!(matches!(&error, Error::Usage { field: Some("wrap"), .. }), "{error}");
+    }
+    let error = wrap(&ball, &WrapOptions::default().detail(Length::OfDiagonal(1e-4))).unwrap_err();
+    let told = error.to_string();
+    assert!(told.contains("too large a grid") && told.contains("% or more"), "{told}");
+    let nothing = TriMesh { vertices: vec![DVec3::ZERO; 3], triangles: vec![[0, 1, 2]] };
+    assert!(matches!(wrap(&nothing, &WrapOptions::default()), Err(Error::Input { .. })));
+    let stopped = wrap_with_progress(&ball, &WrapOptions::default(), |_| Flow::Cancel);
+    assert!(matches!(stopped, Err(Error::Cancelled)));
+}
