@@ -56,6 +56,7 @@ fn kitchen() -> Place {
         write(place.path(name), &scan).unwrap();
     }
     write(place.path("part.ply"), &part).unwrap();
+    write(place.path("soup.obj"), &part).unwrap();
     write(place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
     let bone = volume_of([16, 16, 16], |p| 600.0 - 50.0 * p.distance(DVec3::splat(7.4)));

@@ -243,3 +243,20 @@ def test_holes_are_filled_first(remesher):
     values = np.linalg.norm(np.indices((20, 20, 20)) - 9.5, axis=0)
     with pytest.raises(rtfmesh.InputError, match="`fill_holes` does not work with volumes; use `closed"):
         remesher.contour(values, 300, iso=6, fill_holes="5%")
+
+
+def test_soups_are_wrapped(remesher):
+    vertices, triangles = rtfmesh.sample("sphere")
+    shifts = np.random.default_rng(1).uniform(-0.003, 0.003, (len(triangles), 1, 3))
+    soup = (vertices[triangles] + shifts).reshape(-1, 3)
+    faces = np.arange(len(soup)).reshape(-1, 3)
+    result = remesher.remesh(soup, faces, 400, wrap="6%")
+    assert result.report["output"]["topology"]["boundary_loops"] == 0
+    # Places are those on the soup, not on the surface around it.
+    found = result.correspondence
+    places = np.einsum("nk,nkd->nd", found.barycentrics, soup[faces[found.triangles]])
+    assert np.linalg.norm(places - result.vertices, axis=1).max() < 0.06
+    with pytest.raises(rtfmesh.InputError, match="`keep_boundary` does not work with wrapped"):
+        remesher.remesh(soup, faces, 400, wrap="6%", keep_boundary=True)
+    with pytest.raises(rtfmesh.InputError, match="`wrap` 0 is out of range"):
+        remesher.remesh(soup, faces, 400, wrap=0)

@@ -8,7 +8,7 @@ use super::method::{MethodArgs, refuse_messages};
 use super::progress::RunProgress;
 use super::target_count::count;
 use super::volume::{VolumeArgs, settle_isovalues};
-use super::wrap::{size_by_detail, wrapped};
+use super::wrap::{Around, wrapped};
 use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes};
@@ -17,7 +17,7 @@ use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::{
     CorrespondenceRequest, Device, Error, Length, Method, Options, Preview, ProgressToken, Remeshed, Result,
-    Size, Sizing, Summary, TriMesh, WarningCode, preview_repaired, remesh_repaired,
+    Shortage, Size, Sizing, Summary, TriMesh, WarningCode, preview_repaired, remesh_repaired,
 };
 use std::borrow::Cow;
 use std::path::Path;
@@ -92,11 +92,11 @@ pub struct RemeshJob<'a> {
     /// Whether the surface is that of a volume.
     is_volume: bool,
     /// What the surface is around, if it was made by wrapping.
-    around: Option<Around>,
+    wrapped: Option<Wrapped>,
 }
 
 /// A mesh that was wrapped.
-struct Around {
+struct Wrapped {
     mesh: TriMesh,
     repaired: Repaired,
 }
@@ -104,7 +104,7 @@ struct Around {
 /// A surface to be remeshed.
 struct Surface<'a> {
     loaded: Cow<'a, Loaded>,
-    around: Option<Around>,
+    wrapped: Option<Wrapped>,
 }
 
 /// What a run gives.
@@ -165,7 +165,7 @@ impl<'a> RemeshJob<'a> {
         if self.is_volume {
             settle_isovalues(&self.loaded, &result.mesh, &mut attributes);
         }
-        if let (Some(Around { mesh, repaired }), Some(found)) = (&self.around, &mut result.correspondence) {
+        if let (Some(Wrapped { mesh, repaired }), Some(found)) = (&self.wrapped, &mut result.correspondence) {
             // The places are wanted on what the user has.
             let (request, progress) = (self.options.correspondence, ProgressToken::default());
             *found = find_correspondence(mesh, repaired, &result.mesh, request, &progress)?;
@@ -205,7 +205,7 @@ impl<'a> Request<'a> {
         let is_volume = matches!(source, SurfaceSource::Volume { .. });
         // An attribute that is missing is reported before any long work.
         self.method.sizing_values(sizing_among(self.sizing.as_ref(), source.vertex_attributes()))?;
-        let Surface { loaded, around } = self.make_surface(source, notes, run)?;
+        let Surface { loaded, wrapped } = self.make_surface(source, notes, run)?;
         self.options.coarse_to_fine.refine = self.method.refinements(&loaded)?;
         let kept = self.method.kept(&loaded)?;
         if !kept.is_empty() {
@@ -221,7 +221,7 @@ impl<'a> Request<'a> {
             self.options.coarse_to_fine.sizing = Sizing::Given(values.to_vec());
         }
         let Self { attributes, options, file, .. } = self;
-        Ok(RemeshJob { attributes, file, loaded, options, repaired, is_volume, around })
+        Ok(RemeshJob { attributes, file, loaded, options, repaired, is_volume, wrapped })
     }
 
     /// The surface. If it is made, from points, a volume or by wrapping, its sharp edges are artefacts or
@@ -233,7 +233,7 @@ impl<'a> Request<'a> {
         run: &mut RunProgress,
     ) -> Result<Surface<'a>> {
         let begin = Instant::now();
-        let (mut rim, mut around) = (None, None);
+        let (mut rim, mut inside) = (None, None);
         let detail = self.method.wrap.detail();
         if detail.is_some() && !matches!(source, SurfaceSource::Mesh(_)) {
             let remedy = "remove it, or wrap a mesh that was made of it";
@@ -242,11 +242,11 @@ impl<'a> Request<'a> {
         let mut made = match source {
             SurfaceSource::Mesh(loaded) => match detail {
                 Some(detail) => {
-                    let (made, inside) = self.wrapped(loaded.into_owned(), detail, run)?;
-                    around = Some(inside);
+                    let (made, wrapped) = self.wrapped(loaded.into_owned(), detail, run)?;
+                    inside = Some(wrapped);
                     made
                 }
-                None => return Ok(Surface { loaded, around }),
+                None => return Ok(Surface { loaded, wrapped: None }),
             },
             SurfaceSource::Points { mut cloud, holes } => {
                 self.size = size_by_points(self.size, cloud.points.len(), &self.options);
@@ -280,7 +280,7 @@ impl<'a> Request<'a> {
         }
         std::mem::take(&mut made.notes).into_iter().for_each(|note| notes.add(note));
         notes.mention(&format!("the surface took {:.2} s", begin.elapsed().as_secs_f64()));
-        Ok(Surface { loaded: Cow::Owned(made), around })
+        Ok(Surface { loaded: Cow::Owned(made), wrapped: inside })
     }
 
     /// A surface around a mesh, by the repairs asked for, which are made then.
@@ -289,18 +289,25 @@ impl<'a> Request<'a> {
         mut loaded: Loaded,
         detail: Length,
         run: &mut RunProgress,
-    ) -> Result<(Loaded, Around)> {
-        self.size = size_by_detail(self.size, detail);
+    ) -> Result<(Loaded, Wrapped)> {
+        self.method.refuse_with_wrapping(self.size)?;
         let has_sizing = self.sizing.is_some();
         loaded.attributes.vertex.extend(self.sizing.take());
         let repairs = self.options.repairs();
-        let (mut made, repaired) = wrapped(&loaded, (detail, repairs), |now| run.update(now))?;
+        let Around { mut made, repaired, detail } =
+            wrapped(&loaded, (detail, repairs), |now| run.update(now))?;
         if has_sizing {
             self.sizing = made.attributes.vertex.pop();
         }
+        if self.size == Size::AsInput {
+            self.size = Size::EdgeLength(detail);
+            if self.options.shortage == Shortage::BestEffort {
+                self.options.shortage = Shortage::AddVertices;
+            }
+        }
         self.options.fill_holes = None;
         (self.options.weld, self.options.min_component, self.options.smooth_boundary) = (0.0, 0.0, 0.0);
-        Ok((made, Around { mesh: loaded.mesh, repaired }))
+        Ok((made, Wrapped { mesh: loaded.mesh, repaired }))
     }
 }
 

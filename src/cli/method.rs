@@ -236,6 +236,28 @@ impl MethodArgs {
         Ok(options)
     }
 
+    /// Refuses what a wrapped surface cannot have: the input's triangles, lines and symmetry, and a share of
+    /// its vertices.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the option.
+    pub fn refuse_with_wrapping(&self, size: Size) -> rtfmesh::Result<()> {
+        let given = [
+            ("--keep-boundary", self.keep_boundary),
+            ("--keep", !self.keep.is_empty()),
+            ("--only", !self.only.is_empty()),
+            ("--features", self.features.is_some()),
+            ("--symmetric", self.symmetric.is_some()),
+            ("--ratio", matches!(size, Size::Ratio(_))),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((name, _)) => {
+                Err(Error::usage(format!("{name} does not work with wrapped surfaces"), "remove it"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The numbers that edge lengths are in proportion to, one for each vertex, if `--sizing` names an
     /// attribute: from the one of these that has its name.
     ///

@@ -128,6 +128,11 @@ enum ColoursOfCells {
 }
 
 impl Args {
+    /// Whether the input is wrapped first.
+    pub fn wraps(&self) -> bool {
+        self.method.wrap.detail().is_some()
+    }
+
     /// Wraps the input first.
     pub fn wrap_at(&mut self, wrap: WrapArgs) {
         self.method.wrap = wrap;

@@ -9,7 +9,7 @@ use rtfmesh::mesh::attributes::transfer;
 use rtfmesh::mesh::correspondence::find_correspondence;
 use rtfmesh::mesh::repair::{RepairOptions, Repaired};
 use rtfmesh::wrap::{WrapOptions, wrap_with_progress};
-use rtfmesh::{Error, Flow, Length, Progress, ProgressToken, Size};
+use rtfmesh::{Error, Flow, Length, Progress, ProgressToken};
 
 const EXAMPLES: &str = "Examples:
   rtfmesh wrap soup.obj closed.ply -n 20k --detail 1%
@@ -23,9 +23,8 @@ pub struct WrapArgs {
     ///
     /// In input units or as % of the diagonal. The surface runs where a ball of this diameter rolls over the
     /// input, which may be any triangles. Sheets become half as thick as this, and concave edges are rounded
-    /// by half of it. `rtfmesh wrap` does the same.
-    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true,
-        conflicts_with_all = ["keep_boundary", "keep", "only", "features"])]
+    /// by half of it.
+    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     wrap: Option<Length>,
 }
 
@@ -39,16 +38,17 @@ impl WrapArgs {
 /// Wrap triangles of any kind in a closed surface, and remesh it
 ///
 /// A ball rolls over the input from outside. Gaps that are too narrow for it are closed, and everything
-/// inside vanishes: shells, hidden parts, overlaps. The result is closed and manifold, and no triangles of it
-/// intersect. The same as `remesh --wrap`, with all its options.
+/// inside vanishes: shells, hidden parts, overlaps. The surface is closed and manifold, and no triangles
+/// intersect before it is remeshed. Without a size, edges are as long as the detail, with more vertices if
+/// there must be. The same as `remesh --wrap`.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = EXAMPLES, mut_arg("wrap", |arg| arg.hide(true)))]
+#[group(skip)]
 pub struct Args {
     /// Diameter of the ball, in input units or as % of the diagonal
     ///
     /// Gaps below this are closed, and sheets become half as thick.
-    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "1%",
-        conflicts_with_all = ["wrap", "keep_boundary", "keep", "only", "features"])]
+    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "1%")]
     detail: Length,
     #[command(flatten)]
     remesh: remesh::Args,
@@ -61,11 +61,24 @@ pub fn run(mut args: Args) -> Result<u8> {
         let problem = format!("--detail {detail} is out of range");
         return Err(Error::usage(problem, "give a length above 0, such as 1%").into());
     }
+    if args.remesh.wraps() {
+        return Err(Error::usage("--wrap is what this command does", "use --detail").into());
+    }
     args.remesh.wrap_at(WrapArgs { wrap: Some(args.detail) });
     remesh::run(&args.remesh)
 }
 
-/// A surface around what was loaded, with its attributes, and what it is around.
+/// A surface around a mesh.
+pub struct Around {
+    /// The surface, with the attributes of the mesh.
+    pub made: Loaded,
+    /// The mesh, repaired.
+    pub repaired: Repaired,
+    /// The detail, in the unit of the mesh.
+    pub detail: f64,
+}
+
+/// A surface around what was loaded.
 ///
 /// # Errors
 /// Those of [`wrap_with_progress`].
@@ -73,7 +86,7 @@ pub fn wrapped(
     loaded: &Loaded,
     (detail, repairs): (Length, RepairOptions),
     progress: impl FnMut(Progress) -> Flow,
-) -> rtfmesh::Result<(Loaded, Repaired)> {
+) -> rtfmesh::Result<Around> {
     let options = WrapOptions::default().detail(detail).repairs(repairs);
     let found = wrap_with_progress(&loaded.mesh, &options, progress)?;
     let Loaded { mesh, attributes, .. } = loaded;
@@ -81,21 +94,13 @@ pub fn wrapped(
     let token = ProgressToken::default();
     let correspondence = find_correspondence(mesh, &found.repaired, &found.mesh, request, &token)?;
     let attributes = transfer(attributes, mesh, &correspondence, &found.mesh);
-    let note = format!(
-        "wrapped at a detail of {:.4}: {:.1} % of the surface's vertices lie on the input",
-        found.detail,
+    let diagonal = found.repaired.mesh.bounds().map_or(1.0, |[low, high]| high.distance(low));
+    let mut notes = found.repaired.counts.notes();
+    notes.push(format!(
+        "wrapped at a detail of {:.3} % of the diagonal: {:.1} % of the surface's vertices lie on the input",
+        100.0 * found.detail / diagonal,
         100.0 * found.on_input
-    );
-    let notes = vec![note];
+    ));
     let made = Loaded { mesh: found.mesh, attributes, notes, warnings: Vec::new(), unread_images: 0 };
-    Ok((made, found.repaired))
-}
-
-/// The size, which is that of edges as long as the detail where none was asked for.
-pub fn size_by_detail(size: Size, detail: Length) -> Size {
-    match (size, detail) {
-        (Size::AsInput, Length::Units(length)) => Size::EdgeLength(length),
-        (Size::AsInput, Length::OfDiagonal(share)) => Size::RelativeEdgeLength(share),
-        (size, _) => size,
-    }
+    Ok(Around { made, repaired: found.repaired, detail: found.detail })
 }

@@ -1,17 +1,21 @@
 //! Which nodes of a sparse grid a ball reaches from far away.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::mesh::bvh::Bvh;
 use crate::mesh::level_set::{BLOCK, BLOCK_NODES, SparseGrid};
+use crate::{ProgressToken, Result};
 
 /// A place of the lattice without a block.
 const FAR: u32 = u32::MAX;
 /// A place without a block that is outside.
 const OUTSIDE: u32 = u32::MAX - 1;
+/// Most places of a lattice, 200 MB.
+const MOST_PLACES: f64 = 5e7;
 /// Steps to the neighbours of a node or block.
 const STEPS: [(usize, i32); 6] = [(0, -1), (0, 1), (1, -1), (1, 1), (2, -1), (2, 1)];
 
@@ -24,31 +28,45 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// The blocks of nodes this far apart that may have nodes within `reach` of a surface, and the place of
-    /// node 0, 0, 0; `None` if there are more than `most`.
-    pub fn near(bvh: &Bvh, side: f64, reach: f64, most: usize) -> Option<(SparseGrid, [i32; 3])> {
+    /// The blocks of nodes this far apart that may have nodes within `reach` of a surface, as a grid with
+    /// undefined values, and the lattice that they lie in; `None` if there are more than `most` of them, or
+    /// very many places.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn near(
+        bvh: &Bvh,
+        side: f64,
+        reach: f64,
+        most: usize,
+        progress: &ProgressToken,
+    ) -> Result<Option<(SparseGrid, Self)>> {
         let bounds = bvh.bounds();
         let block = f64::from(BLOCK) * side;
         // Not at a point of symmetry, where values would be exactly 0.
         let shift = side * DVec3::new(0.137, 0.291, 0.419);
         let origin = bounds.min - (reach + block) - shift;
-        let extent = bounds.max + (reach + block) - origin;
-        let size = (extent / block).ceil().to_array().map(|blocks| blocks as i32 + 1);
-        let search = Search { bvh, origin, block, reach };
+        let size = ((bounds.max + (reach + block) - origin) / block).ceil() + 1.0;
+        // Not a number, either.
+        let is_small = size.element_product() <= MOST_PLACES;
+        if !is_small {
+            return Ok(None);
+        }
+        let size = size.to_array().map(|blocks| blocks as i32);
         let whole = size.into_iter().max().unwrap_or(1) as u32;
-        let blocks = search.blocks([0; 3], whole.next_power_of_two() as i32, &mut 0);
-        (blocks.len() <= most).then(|| (SparseGrid::new(origin, side, blocks), size))
-    }
-
-    /// With the numbers of the grid's blocks.
-    pub fn new(grid: &SparseGrid, size: [i32; 3]) -> Self {
+        let search = Search { bvh, origin, block, reach, most, found: AtomicUsize::new(0), progress };
+        let blocks = search.blocks([0; 3], whole.next_power_of_two() as i32, &mut 0)?;
+        if search.is_over() {
+            return Ok(None);
+        }
+        let grid = SparseGrid::new(origin, side, blocks);
         let mut lattice = Self { size, places: vec![FAR; size.iter().map(|n| *n as usize).product()] };
         for (number, at) in (0..).zip(grid.blocks()) {
             if let Some(place) = lattice.place(*at) {
                 lattice.places[place] = number;
             }
         }
-        lattice
+        Ok(Some((grid, lattice)))
     }
 
     fn place(&self, at: [i32; 3]) -> Option<usize> {
@@ -132,26 +150,41 @@ struct Search<'a> {
     /// The side of a block.
     block: f64,
     reach: f64,
+    /// It ends once more are found.
+    most: usize,
+    found: AtomicUsize,
+    progress: &'a ProgressToken,
 }
 
 impl Search<'_> {
+    fn is_over(&self) -> bool {
+        self.found.load(Ordering::Relaxed) > self.most
+    }
+
     /// Of a cube of blocks with its lowest one at `at` and `count` along each axis, a power of two.
-    fn blocks(&self, at: [i32; 3], count: i32, rank: &mut usize) -> Vec<[i32; 3]> {
+    fn blocks(&self, at: [i32; 3], count: i32, rank: &mut usize) -> Result<Vec<[i32; 3]>> {
         let side = f64::from(count) * self.block;
         let centre = self.origin + self.block * DVec3::from_array(at.map(f64::from)) + 0.5 * side;
         let near = self.reach + 0.5 * 3f64.sqrt() * side;
-        if self.bvh.distance_sq_beyond(centre, rank, near * near).is_some() {
-            return Vec::new();
+        if self.is_over() || self.bvh.distance_sq_beyond(centre, rank, near * near).is_some() {
+            return Ok(Vec::new());
         }
         if count == 1 {
-            return vec![at];
+            self.found.fetch_add(1, Ordering::Relaxed);
+            return Ok(vec![at]);
         }
         let half = count / 2;
         let part = |k: i32| [0, 1, 2].map(|axis| at[axis] + half * (k >> axis & 1));
         if count < 8 {
-            return (0..8).flat_map(|k| self.blocks(part(k), half, rank)).collect();
+            let mut found = Vec::new();
+            for k in 0..8 {
+                found.extend(self.blocks(part(k), half, rank)?);
+            }
+            return Ok(found);
         }
+        self.progress.poll()?;
         let rank = *rank;
-        (0..8).into_par_iter().flat_map_iter(|k| self.blocks(part(k), half, &mut { rank })).collect()
+        let parts = (0..8).into_par_iter().map(|k| self.blocks(part(k), half, &mut { rank }));
+        Ok(parts.collect::<Result<Vec<_>>>()?.concat())
     }
 }

@@ -32,12 +32,20 @@ const SIDE: f64 = 2.0 / 3.0;
 const OFF: f64 = 0.75;
 /// Blocks are kept as far from the triangles as the ball's radius and this many sides.
 const MORE: f64 = 3.0;
-/// Most blocks of the grid: 30 million nodes.
-const MOST_BLOCKS: usize = 60_000;
+/// Values of nodes this many sides or more beyond a level set need not be known.
+const BESIDE: f64 = 2.0;
+/// Most blocks of the grid: 20 million nodes.
+const MOST_BLOCKS: usize = 40_000;
 /// Vertices that are kept of those of the second level set: along sharp edges, several are at one place.
 const KEPT: f64 = 0.6;
 /// The detail, over the diagonal, with which the work is finished early, at the least.
 const ROUGH: f64 = 0.04;
+/// The detail, over the diagonal, from which one is searched that is not too fine, and its factor.
+const COARSE: f64 = 1.0;
+/// See [`COARSE`].
+const FINER: f64 = 0.8;
+/// Details of more diagonals than this are refused: the surface would be a ball.
+const MOST_DETAIL: f64 = 10.0;
 
 /// How triangles are wrapped.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -130,6 +138,10 @@ fn run(mesh: &TriMesh, options: &WrapOptions, progress: &ProgressToken) -> Resul
         Length::Units(length) => length / frame.scale,
         Length::OfDiagonal(share) => share,
     };
+    if detail > MOST_DETAIL {
+        let problem = format!("a detail of {detail:.3e} diagonals leaves nothing of the shape");
+        return Err(Error::option("wrap", problem, "ask for a small part of the diagonal, such as 1%"));
+    }
     let vertices = repaired.mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
     let placed = TriMesh { vertices, triangles: repaired.mesh.triangles.clone() };
     let rough = detail.max(ROUGH);
@@ -148,12 +160,12 @@ fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToke
     let ball = BALL * detail;
     let side = SIDE * ball;
     let reach = ball + MORE * side;
-    let Some((mut grid, size)) = Lattice::near(&bvh, side, reach, MOST_BLOCKS) else {
-        return Err(too_fine(&bvh, detail));
+    let Some((mut grid, lattice)) = Lattice::near(&bvh, side, reach, MOST_BLOCKS, progress)? else {
+        return Err(too_fine(&bvh, detail, progress)?);
     };
-    let distances = distances_of(&grid, &bvh, progress)?;
+    let distances = distances_of(&grid, &bvh, ball + BESIDE * side, |_| true, progress)?;
     let is_free: Vec<bool> = distances.par_iter().map(|d| f64::from(*d) > ball).collect();
-    let outside = Lattice::new(&grid, size).outside(&grid, &is_free);
+    let outside = lattice.outside(&grid, &is_free);
     let signed = |(distance, outside): (&f32, &bool)| {
         let beyond = distance - ball as f32;
         if *outside { beyond } else { -beyond.abs() }
@@ -164,7 +176,16 @@ fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToke
     let rolled_tree = Bvh::new(&rolled);
     let off = OFF * side;
     let back = (ball - off) as f32;
-    let from_rolled = distances_of(&grid, &rolled_tree, progress)?;
+    // Blocks of cavities alone are far from there.
+    let is_reached: Vec<bool> =
+        outside.par_chunks(BLOCK_NODES).map(|nodes| nodes.iter().any(|outside| *outside)).collect();
+    let is_beside = |block: [i32; 3]| {
+        let near = (0..27).map(|k| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]);
+        near.map(|by| [0, 1, 2].map(|axis| block[axis] + by[axis]))
+            .any(|at| grid.block(at).is_some_and(|block| is_reached[block]))
+    };
+    let back_to = ball - off + BESIDE * side;
+    let from_rolled = distances_of(&grid, &rolled_tree, back_to, is_beside, progress)?;
     let closed = |(distance, outside): (&f32, &bool)| back + if *outside { *distance } else { -distance };
     grid.values = from_rolled.par_iter().zip(&outside).map(closed).collect();
     let found = extract(&grid, progress)?.mesh;
@@ -183,15 +204,33 @@ fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToke
     Ok((fewer, on_input))
 }
 
-/// The distance of each node of a grid from a surface.
-fn distances_of(grid: &SparseGrid, surface: &Bvh, progress: &ProgressToken) -> Result<Vec<f32>> {
+/// The distance of each node of a grid from a surface. Where it is above `most`, a lower bound that is, too;
+/// twice that in blocks that are not wanted, because they are farther away.
+fn distances_of(
+    grid: &SparseGrid,
+    surface: &Bvh,
+    most: f64,
+    is_wanted: impl Fn([i32; 3]) -> bool + Sync,
+    progress: &ProgressToken,
+) -> Result<Vec<f32>> {
     let mut distances = vec![0.0; grid.values.len()];
     let of_block = |(values, block): (&mut [f32], &[i32; 3])| {
         progress.poll()?;
+        if !is_wanted(*block) {
+            values.fill(2.0 * most as f32);
+            return Ok(());
+        }
         let mut rank = 0;
-        for (number, value) in values.iter_mut().enumerate() {
-            let p = grid.position(SparseGrid::node(*block, number));
-            *value = surface.closest_from(p, &mut rank).map_or(0.0, |found| found.distance_sq.sqrt() as f32);
+        for number in 0..BLOCK_NODES {
+            let known = |step: usize, layer: usize| if layer & 7 > 0 { values[number - step] } else { 0.0 };
+            let largest = known(1, number).max(known(8, number >> 3)).max(known(64, number >> 6));
+            let bound = f64::from(largest) - grid.side;
+            values[number] = if bound > most {
+                bound as f32
+            } else {
+                let p = grid.position(SparseGrid::node(*block, number));
+                surface.closest_from(p, &mut rank).map_or(0.0, |found| found.distance_sq.sqrt() as f32)
+            };
         }
         Ok(())
     };
@@ -200,17 +239,18 @@ fn distances_of(grid: &SparseGrid, surface: &Bvh, progress: &ProgressToken) -> R
 }
 
 /// The error for a grid that would be too large, with a detail for which it is not.
-fn too_fine(bvh: &Bvh, detail: f64) -> Error {
-    let fits = |detail: f64| {
-        let ball = BALL * detail;
-        Lattice::near(bvh, SIDE * ball, ball + MORE * SIDE * ball, MOST_BLOCKS).is_some()
-    };
-    let mut enough = 1.25 * detail;
-    while enough < 1.0 && !fits(enough) {
-        enough *= 1.25;
+fn too_fine(bvh: &Bvh, detail: f64, progress: &ProgressToken) -> Result<Error> {
+    let mut enough = COARSE;
+    loop {
+        let ball = BALL * FINER * enough;
+        let (side, reach) = (SIDE * ball, ball + MORE * SIDE * ball);
+        if Lattice::near(bvh, side, reach, MOST_BLOCKS, progress)?.is_none() {
+            break;
+        }
+        enough *= FINER;
     }
-    let problem = format!("a detail of {:.2} % of the diagonal needs too large a grid", 100.0 * detail);
+    let problem = format!("a detail of {:.3} % of the diagonal needs too large a grid", 100.0 * detail);
     // Rounded up.
-    let remedy = format!("ask for {:.2}% or more", (1e4 * enough).ceil() / 100.0);
-    Error::option("detail", problem, remedy)
+    let remedy = format!("ask for {:.3}% or more", (1e5 * enough).ceil() / 1e3);
+    Ok(Error::option("wrap", problem, remedy))
 }

@@ -20,3 +20,4 @@ pub mod repair;
 pub mod shell;
 pub mod sizing;
 pub mod stop;
+pub mod wrap;
