@@ -2,10 +2,11 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 15] = [
+const COMMANDS: [&str; 16] = [
     "remesh",
     "batch",
     "repair",
+    "wrap",
     "follow",
     "measure",
     "inspect",
