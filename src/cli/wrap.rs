@@ -1,6 +1,6 @@
 //! `rtfmesh wrap`, and the wrapping that every run can begin with.
 
-use super::heading::INPUT;
+use super::heading::{INPUT, SIZE};
 use super::remesh;
 use super::sizing::length;
 use anyhow::Result;
@@ -12,8 +12,7 @@ use rtfmesh::wrap::{WrapOptions, wrap_with_progress};
 use rtfmesh::{Error, Flow, Length, Progress, ProgressToken};
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh wrap soup.obj closed.ply -n 20k --detail 1%
-  rtfmesh wrap scan.ply closed.ply -n 20k --fill-holes 100%";
+  rtfmesh wrap soup.obj closed.ply -n 20k --detail 1%";
 
 /// What is wrapped.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -48,7 +47,7 @@ pub struct Args {
     /// Diameter of the ball, in input units or as % of the diagonal
     ///
     /// Gaps below this are closed, and sheets become half as thick.
-    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "1%")]
+    #[arg(long, value_name = "LENGTH", value_parser = length, default_value = "1%", help_heading = SIZE)]
     detail: Length,
     #[command(flatten)]
     remesh: remesh::Args,
