@@ -1,11 +1,10 @@
 //! Edge collapses onto one end of the edge, short edges of flat parts first.
 
+use super::apart::stays_apart;
 use super::changes::Changes;
 use super::flip::flip;
 use super::graph::{Around, Graph};
 use crate::mesh::chunks::par_map_chunks;
-use crate::mesh::half_edges::edge_key;
-use crate::mesh::intersections::count_crossings;
 use crate::mesh::queue::Queue;
 use crate::mesh::topology::topology;
 use crate::mesh::triangle::doubled_normal;
@@ -26,11 +25,8 @@ const LIMITS: [Limits; 6] = [
     Limits { cosine: 0.0, height: 0.005, apart: true },
     Limits { cosine: -1.0, height: 1e-6, apart: true },
 ];
-/// With fewer vertices even small turns may fold the surface: then every collapse is checked for
-/// intersections.
+/// With fewer vertices even small turns may fold the surface: then every change is checked for intersections.
 const FEW: usize = 2000;
-/// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
-const FOLDED: f64 = -0.999;
 /// Maximum number of passes over all edges at each limit.
 const PASSES: usize = 4;
 /// Another pass follows at a limit other than the last only if one removed this fraction of the vertices.
@@ -132,7 +128,8 @@ impl<'a> Collapser<'a> {
                     let since = std::mem::replace(&mut last, self.changes.now());
                     self.pass(count, limits, since)?;
                 }
-                flip(self.graph, &mut self.changes);
+                let apart = self.must_stay_apart(limits);
+                flip(self.graph, &mut self.changes, apart);
                 if self.graph.used <= count {
                     return Ok(());
                 }
@@ -142,6 +139,11 @@ impl<'a> Collapser<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether changes are checked for intersections.
+    fn must_stay_apart(&self, limits: Limits) -> bool {
+        self.apart || limits.apart || self.graph.used < FEW
     }
 
     /// Whether `count` is less than the topology needs, and not many more vertices than needed are left;
@@ -159,7 +161,7 @@ impl<'a> Collapser<'a> {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
-            let apart = self.apart || limits.apart || self.graph.used < FEW;
+            let apart = self.must_stay_apart(limits);
             // What takes least time comes first.
             let keeps = versions == current
                 && !self.is_same_since(since, [v, u], apart)
@@ -263,22 +265,9 @@ impl<'a> Collapser<'a> {
 
     /// Whether no more pairs of triangles around intersect or are folded once `v` is at `u`.
     fn stays_apart(&self, v: u32, u: u32) -> bool {
-        let graph = &self.graph;
-        let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
-        let mut around: SmallVec<[u32; 128]> =
-            near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
-        around.sort_unstable();
-        around.dedup();
-        let triangles = around.into_iter().map(|t| graph.triangles[t as usize]);
-        let (old, others): (Vec<[u32; 3]>, Vec<[u32; 3]>) = triangles.partition(|t| t.contains(&v));
-        let new: Vec<[u32; 3]> = self.moved(v, u).map(|(_, triangle)| triangle).collect();
-        let at = |w: u32| graph.points[w as usize];
-        let count = |some: &[[u32; 3]]| {
-            count_crossings(some, &others, at) + folded(some.iter().chain(&others).copied(), at)
-        };
-        // Mostly none do, and then those before need not be looked at.
-        let after = count(&new);
-        after == 0 || after <= count(&old)
+        let near: Around = [v, u].into_iter().flat_map(|w| self.graph.neighbours(w)).collect();
+        let new: SmallVec<[[u32; 3]; 16]> = self.moved(v, u).map(|(_, triangle)| triangle).collect();
+        stays_apart(self.graph, &near, |triangle| triangle.contains(&v), &new)
     }
 
     fn apply(&mut self, v: u32, u: u32) {
@@ -317,21 +306,4 @@ impl<'a> Collapser<'a> {
 fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
     let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
     doubled_normal([a, b, c]).length() / longest.max(f64::MIN_POSITIVE)
-}
-
-/// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
-fn folded(triangles: impl Iterator<Item = [u32; 3]>, at: impl Fn(u32) -> DVec3) -> usize {
-    let mut normals: SmallVec<[DVec3; 64]> = SmallVec::new();
-    // Mostly so few triangles that this takes less time than a table of their edges.
-    let mut sides: SmallVec<[((u32, u32), usize); 256]> = SmallVec::new();
-    for [a, b, c] in triangles {
-        sides.extend([(a, b), (b, c), (c, a)].map(|(a, b)| (edge_key(a, b), normals.len())));
-        normals.push(doubled_normal([a, b, c].map(&at)).normalize_or_zero());
-    }
-    sides.sort_unstable();
-    let is_folded = |sides: &&[((u32, u32), usize)]| match sides {
-        [(_, one), (_, two)] => normals[*one].dot(normals[*two]) < FOLDED,
-        _ => false,
-    };
-    sides.chunk_by(|one, two| one.0 == two.0).filter(is_folded).count()
 }

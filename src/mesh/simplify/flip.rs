@@ -1,5 +1,6 @@
 //! Edge flips, so that collapses do not leave fans of needles.
 
+use super::apart::stays_apart;
 use super::changes::Changes;
 use super::graph::Graph;
 use crate::mesh::triangle::doubled_normal;
@@ -11,13 +12,14 @@ const SWEEPS: u32 = 6;
 const FLAT: f64 = 0.5;
 
 /// Flips edges that are not Delaunay where the surface is nearly flat; no edge is repeated and no curve
-/// crossed. What has not changed since it was last looked at is left out.
-pub(super) fn flip(graph: &mut Graph, changes: &mut Changes) {
+/// crossed, and with `apart` no flip makes triangles around intersect. What has not changed since it was last
+/// looked at is left out.
+pub(super) fn flip(graph: &mut Graph, changes: &mut Changes, apart: bool) {
     for _ in 0..SWEEPS {
         let mut flips = 0;
         for t in 0..graph.triangles.len() as u32 {
             if graph.alive[t as usize] && changes.must_look_at(t, graph.triangles[t as usize]) {
-                flips += (0..3).filter(|k| flip_side(graph, changes, t, *k)).count();
+                flips += (0..3).filter(|k| flip_side(graph, changes, apart, t, *k)).count();
             }
         }
         if flips == 0 {
@@ -26,7 +28,7 @@ pub(super) fn flip(graph: &mut Graph, changes: &mut Changes) {
     }
 }
 
-fn flip_side(graph: &mut Graph, changes: &mut Changes, t: u32, k: usize) -> bool {
+fn flip_side(graph: &mut Graph, changes: &mut Changes, apart: bool, t: u32, k: usize) -> bool {
     let triangle = graph.triangles[t as usize];
     let [a, b, c] = [0, 1, 2].map(|m| triangle[(k + m) % 3]);
     if a > b || graph.is_curve(a, b) {
@@ -44,9 +46,13 @@ fn flip_side(graph: &mut Graph, changes: &mut Changes, t: u32, k: usize) -> bool
     {
         return false;
     }
+    let new = [[a, d, c], [d, b, c]];
+    let is_old = |triangle: &[u32; 3]| triangle.contains(&a) && triangle.contains(&b);
+    if apart && !stays_apart(graph, &[a, b, c, d], is_old, &new) {
+        return false;
+    }
     changes.note([a, b, c, d]);
-    graph.triangles[t as usize] = [a, d, c];
-    graph.triangles[s as usize] = [d, b, c];
+    [graph.triangles[t as usize], graph.triangles[s as usize]] = new;
     graph.star[b as usize].retain(|x| *x != t);
     graph.star[a as usize].retain(|x| *x != s);
     graph.star[d as usize].push(t);
@@ -74,4 +80,32 @@ fn stays_flat([a, b, c]: [DVec3; 3], d: DVec3) -> bool {
     let agrees = agree(after[0], after[1])
         && before.iter().filter(|n| **n != DVec3::ZERO).all(|n| after.iter().all(|m| agree(*n, *m)));
     flat && agrees
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TriMesh;
+    use crate::mesh::simplify::Preserved;
+
+    /// A roof, whose ridge is to become a valley, over a spike that begins at one end of the ridge.
+    #[test]
+    fn nothing_is_flipped_through_what_is_beside_it() {
+        let [a, b, c, d] = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.4, -0.1], [0.0, -0.4, -0.1]];
+        let (p, q) = ([1.2, 0.05, -0.12], [1.2, -0.05, -0.12]);
+        let vertices = [a, b, c, d, p, q].map(DVec3::from_array).to_vec();
+        let roof = vec![[0, 1, 2], [1, 0, 3]];
+        let spiked = [roof.clone(), vec![[0, 5, 4]]].concat();
+        let flipped = [[0, 3, 2], [3, 1, 2]];
+        for (triangles, apart, is_flipped) in
+            [(&roof, false, true), (&roof, true, true), (&spiked, false, true), (&spiked, true, false)]
+        {
+            let mesh = TriMesh { vertices: vertices.clone(), triangles: triangles.clone() };
+            let mut graph = Graph::new(&mesh, Preserved::default());
+            let mut changes = Changes::new(&graph);
+            flip(&mut graph, &mut changes, apart);
+            assert_eq!(graph.triangles[..2] == flipped, is_flipped, "{triangles:?}, {apart}");
+            assert_eq!(graph.triangles[..2] == roof, !is_flipped, "{triangles:?}, {apart}");
+        }
+    }
 }

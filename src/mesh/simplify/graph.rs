@@ -17,7 +17,7 @@ pub struct Preserved<'a> {
     pub curves: &'a [bool],
     /// Vertices that stay where they are.
     pub corners: &'a [u32],
-    /// Whether every collapse is checked for new intersections, not only those that change the shape or are
+    /// Whether every change is checked for new intersections, not only those that change the shape or are
     /// among few vertices; takes longer.
     pub apart: bool,
 }

@@ -9,6 +9,7 @@ use collapse::Collapser;
 use graph::Graph;
 pub use graph::{Preserved, Simplified};
 
+mod apart;
 mod changes;
 mod collapse;
 mod flip;
