@@ -92,11 +92,11 @@ pub struct RemeshJob<'a> {
     /// Whether the surface is that of a volume.
     is_volume: bool,
     /// What the surface is around, if it was made by wrapping.
-    wrapped: Option<Wrapped>,
+    wrapped: Option<WrappedInput>,
 }
 
 /// A mesh that was wrapped.
-struct Wrapped {
+struct WrappedInput {
     mesh: TriMesh,
     repaired: Repaired,
 }
@@ -104,7 +104,7 @@ struct Wrapped {
 /// A surface to be remeshed.
 struct Surface<'a> {
     loaded: Cow<'a, Loaded>,
-    wrapped: Option<Wrapped>,
+    wrapped: Option<WrappedInput>,
 }
 
 /// What a run gives.
@@ -165,7 +165,9 @@ impl<'a> RemeshJob<'a> {
         if self.is_volume {
             settle_isovalues(&self.loaded, &result.mesh, &mut attributes);
         }
-        if let (Some(Wrapped { mesh, repaired }), Some(found)) = (&self.wrapped, &mut result.correspondence) {
+        if let (Some(WrappedInput { mesh, repaired }), Some(found)) =
+            (&self.wrapped, &mut result.correspondence)
+        {
             // The places are wanted on what the user has.
             let (request, progress) = (self.options.correspondence, ProgressToken::default());
             *found = find_correspondence(mesh, repaired, &result.mesh, request, &progress)?;
@@ -289,7 +291,7 @@ impl<'a> Request<'a> {
         mut loaded: Loaded,
         detail: Length,
         run: &mut RunProgress,
-    ) -> Result<(Loaded, Wrapped)> {
+    ) -> Result<(Loaded, WrappedInput)> {
         self.method.refuse_with_wrapping(self.size)?;
         let has_sizing = self.sizing.is_some();
         loaded.attributes.vertex.extend(self.sizing.take());
@@ -307,7 +309,7 @@ impl<'a> Request<'a> {
         }
         self.options.fill_holes = None;
         (self.options.weld, self.options.min_component, self.options.smooth_boundary) = (0.0, 0.0, 0.0);
-        Ok((made, Wrapped { mesh: loaded.mesh, repaired }))
+        Ok((made, WrappedInput { mesh: loaded.mesh, repaired }))
     }
 }
 

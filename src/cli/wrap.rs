@@ -41,7 +41,7 @@ impl WrapArgs {
 /// intersect before it is remeshed. Without a size, edges are as long as the detail, with more vertices if
 /// there must be. The same as `remesh --wrap`.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES, after_long_help = EXAMPLES, mut_arg("wrap", |arg| arg.hide(true)))]
+#[command(after_help = EXAMPLES, after_long_help = EXAMPLES, mut_args(for_wrapping))]
 #[group(skip)]
 pub struct Args {
     /// Diameter of the ball, in input units or as % of the diagonal
@@ -51,6 +51,40 @@ pub struct Args {
     detail: Length,
     #[command(flatten)]
     remesh: remesh::Args,
+}
+
+/// Options of `remesh` that are refused here, or are for points and volumes.
+const HIDDEN: [&str; 15] = [
+    "wrap",
+    "ratio",
+    "symmetric",
+    "features",
+    "keep_boundary",
+    "keep",
+    "only",
+    "closed",
+    "points_as",
+    "normals_only",
+    "iso",
+    "labels",
+    "inside",
+    "spacing",
+    "keep_specks",
+];
+
+/// An argument of `remesh` as it is here.
+fn for_wrapping(arg: clap::Arg) -> clap::Arg {
+    let text = match arg.get_id().as_str() {
+        "input" => "Mesh to wrap; - is standard input",
+        "vertices" => "Number of vertices, such as 5000, 10k or 1.5M [default: by the detail]",
+        "feature_angle" => "Keep edges sharper than this angle; 180 disables [default: 180]",
+        name if HIDDEN.contains(&name) => return arg.hide(true),
+        _ => return arg,
+    };
+    let details = arg.get_long_help().map(|long| long.to_string());
+    let details = details.as_deref().and_then(|long| long.split_once("\n\n")).map(|(_, details)| details);
+    let long = details.map(|details| format!("{text}\n\n{details}"));
+    arg.help(text).long_help(long.unwrap_or_else(|| text.to_owned()))
 }
 
 /// Wraps, remeshes and writes. Returns the exit code.

@@ -49,6 +49,18 @@ fn a_soup_becomes_a_closed_mesh_with_its_values() {
 }
 
 #[test]
+fn the_help_shows_what_wrapping_has() {
+    let place = with_soup();
+    let help = place.run("wrap --help").0;
+    for hidden in ["--ratio", "--symmetric", "--keep-boundary", "--iso", "--points-as"] {
+        assert!(!help.contains(hidden), "{hidden}: {help}");
+    }
+    for shown in ["Mesh to wrap", "--detail", "[default: by the detail]", "180 disables [default: 180]"] {
+        assert!(help.contains(shown), "{shown}: {help}");
+    }
+}
+
+#[test]
 fn what_makes_no_sense_with_wrapping_is_refused() {
     let place = with_soup();
     std::fs::write(place.path("points.xyz"), "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n").unwrap();
