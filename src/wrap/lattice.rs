@@ -76,6 +76,21 @@ impl Lattice {
         is_there.then(|| x as usize + nx as usize * (y as usize + ny as usize * z as usize))
     }
 
+    /// The number of the block at a place next to what is outside. Without a block, the place is outside as
+    /// well, and `reached` gets it the first time; `None`, as beyond the lattice.
+    fn enter_place(&mut self, at: [i32; 3], reached: &mut VecDeque<[i32; 3]>) -> Option<u32> {
+        let place = self.place(at)?;
+        match self.places[place] {
+            OUTSIDE => None,
+            FAR => {
+                self.places[place] = OUTSIDE;
+                reached.push_back(at);
+                None
+            }
+            number => Some(number),
+        }
+    }
+
     /// For each node of the grid whether it is outside: joined to the corner of the lattice by steps between
     /// free nodes. All nodes of places without a block are free.
     pub fn outside(mut self, grid: &SparseGrid, is_free: &[bool]) -> Vec<bool> {
@@ -86,19 +101,9 @@ impl Lattice {
         loop {
             while let Some(at) = blocks.pop_front() {
                 for step in STEPS {
-                    let next = stepped(at, step);
-                    let Some(place) = self.place(next) else { continue };
-                    match self.places[place] {
-                        OUTSIDE => {}
-                        FAR => {
-                            self.places[place] = OUTSIDE;
-                            blocks.push_back(next);
-                        }
-                        number => {
-                            for node in facing(step).map(|node| number * BLOCK_NODES as u32 + node) {
-                                enter(node, is_free, &mut outside, &mut nodes);
-                            }
-                        }
+                    let Some(number) = self.enter_place(stepped(at, step), &mut blocks) else { continue };
+                    for node in facing(step).map(|node| number * BLOCK_NODES as u32 + node) {
+                        enter(node, is_free, &mut outside, &mut nodes);
                     }
                 }
             }
@@ -107,20 +112,11 @@ impl Lattice {
             let at = SparseGrid::node(block, node as usize % BLOCK_NODES);
             for step in STEPS {
                 let next = stepped(at, step);
-                let of = next.map(|c| c.div_euclid(BLOCK));
-                let Some(place) = self.place(of) else { continue };
-                match self.places[place] {
-                    OUTSIDE => {}
-                    FAR => {
-                        self.places[place] = OUTSIDE;
-                        blocks.push_back(of);
-                    }
-                    number => {
-                        let [x, y, z] = next.map(|c| c.rem_euclid(BLOCK) as u32);
-                        let node = number * BLOCK_NODES as u32 + x + 8 * (y + 8 * z);
-                        enter(node, is_free, &mut outside, &mut nodes);
-                    }
-                }
+                let block = next.map(|c| c.div_euclid(BLOCK));
+                let Some(number) = self.enter_place(block, &mut blocks) else { continue };
+                let [x, y, z] = next.map(|c| c.rem_euclid(BLOCK) as u32);
+                let node = number * BLOCK_NODES as u32 + x + 8 * (y + 8 * z);
+                enter(node, is_free, &mut outside, &mut nodes);
             }
         }
     }
