@@ -93,6 +93,28 @@ pub(crate) fn any_of_faces_intersects(
     Ok((0..mesh.triangles.len()).into_par_iter().any(runs_into_some))
 }
 
+/// The faces that intersect one of the faces `some`, with these, in ascending order, as
+/// [`intersecting_faces`] has it.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn intersecting_with(mesh: &TriMesh, some: &[u32], progress: &ProgressToken) -> Result<Vec<u32>> {
+    progress.poll()?;
+    let mesh = scaled(mesh);
+    let triangles = some.iter().map(|t| mesh.triangles[*t as usize]).collect();
+    let tree = Bvh::new(&TriMesh { vertices: mesh.vertices.clone(), triangles });
+    let hits = Hits::of(&mesh);
+    (0..mesh.triangles.len() as u32).into_par_iter().for_each(|t| {
+        let look_at = |k: u32| {
+            if some[k as usize] != t {
+                hits.look_at(some[k as usize], t)
+            }
+        };
+        tree.overlapping(&Aabb::of(mesh.corners(t as usize)), look_at);
+    });
+    Ok(hits.faces())
+}
+
 /// The mesh times a power of two, which changes no answer and keeps the products in the predicates within
 /// range.
 fn scaled(mesh: &TriMesh) -> TriMesh {
@@ -449,6 +471,14 @@ mod tests {
             let pairs = (0..5).flat_map(|s| (0..s).chain(5..12).map(move |t| (s, t)));
             let crossings = pairs.filter(|(s, t)| pair(*s, *t)).count();
             assert_eq!(count_crossings(some, others, at), crossings);
+            let few = [3, 8];
+            let with_few = |t: usize| few.iter().any(|s| *s != t && pair(*s, t));
+            let with_few: Vec<u32> = (0..12)
+                .filter(|t| with_few(*t) || few.contains(t) && (0..12).any(|s| s != *t && pair(s, *t)))
+                .map(|t| t as u32)
+                .collect();
+            let found = intersecting_with(&mesh, &few.map(|t| t as u32), &ProgressToken::default()).unwrap();
+            assert_eq!(found, with_few);
             for t in 0..12 {
                 let any = any_of_faces_intersects(&mesh, &[t as u32], &ProgressToken::default()).unwrap();
                 assert_eq!(any, any_intersects(&triangles, &[t], at));

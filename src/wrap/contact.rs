@@ -5,13 +5,17 @@ use rayon::prelude::*;
 
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::{intersecting_faces, intersecting_with};
 use crate::mesh::repair::{is_flat, same_places};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{ProgressToken, Result};
 
-/// A vertex farther from the triangles than this many times the offset spans a gap.
-const FAR: f64 = 1.6;
+/// Where the ball ends at most this many offsets from the triangles, vertices move onto these: into concave
+/// edges of at least 75 degrees.
+const NEAR: f64 = 1.3;
+/// Where it ends farther from them than this, as in edges of 60 degrees, vertices stay with it; in between,
+/// they go part of the way, so that there is no step.
+const AWAY: f64 = 2.0;
 /// How far behind a point of the triangles there must be room inside, in offsets, for a vertex to move onto
 /// it.
 const BEHIND: f64 = 1.5;
@@ -20,6 +24,15 @@ const BEHIND: f64 = 1.5;
 pub(super) const NEARLY: [f64; 4] = [0.98, 0.85, 0.5, 0.0];
 /// Shares of the rest of the way.
 pub(super) const WHOLLY: [f64; 2] = [1.0, 0.0];
+
+/// Shares of the way of vertices that had to stay.
+const PARTLY: [f64; 3] = [1.0, 0.5, 0.0];
+/// A vertex had to stay if it is farther from where it belongs than this, in offsets.
+const STUCK: f64 = 0.25;
+/// Around fewer than one of this many triangles, intersections are looked for there alone.
+const FEW: usize = 4;
+/// How often such vertices are moved, at the most.
+const ROUNDS: usize = 4;
 
 /// What tells how far vertices move.
 pub(super) struct Contact<'a> {
@@ -37,54 +50,116 @@ pub(super) struct Contact<'a> {
 }
 
 impl Contact<'_> {
-    /// Moves vertices towards the triangles by the first of the `shares` of their way; where triangles then
-    /// intersect, have no area or vertices are at one place, by the next. Returns the fraction of the
-    /// vertices that went by the first.
+    /// Moves vertices towards the triangles, as [`settle`] does. Returns the fraction of the vertices that
+    /// went by the first of the shares.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn bring_near(&self, mesh: &mut TriMesh, shares: &[f64], progress: &ProgressToken) -> Result<f64> {
-        let before = mesh.vertices.clone();
-        let goals: Vec<Option<DVec3>> = before.par_iter().map(|p| self.goal(*p)).collect();
-        // Of each vertex, how many of the shares were too large.
-        let mut stages = vec![0; before.len()];
-        loop {
-            for (v, p) in mesh.vertices.iter_mut().enumerate() {
-                *p = goals[v].map_or(before[v], |goal| before[v].lerp(goal, shares[stages[v]]));
-            }
-            let mut back = faulty(mesh, progress)?;
-            back.retain(|v| goals[*v as usize].is_some() && stages[*v as usize] + 1 < shares.len());
-            if back.is_empty() {
-                break;
-            }
-            back.into_iter().for_each(|v| stages[v as usize] += 1);
-        }
-        let first = goals.iter().zip(&stages).filter(|(goal, stage)| goal.is_some() && **stage == 0);
-        Ok(first.count() as f64 / goals.len().max(1) as f64)
+        let goals: Vec<Option<DVec3>> = mesh.vertices.par_iter().map(|p| self.goal(*p)).collect();
+        settle(mesh, &goals, shares, progress)
     }
 
-    /// The place of a vertex on the triangles; `None` if it stays.
+    /// Moves vertices that had to stay far from where they belong to where the mean of their neighbours does,
+    /// a few times.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn bring_the_rest_near(&self, mesh: &mut TriMesh, progress: &ProgressToken) -> Result<()> {
+        for _ in 0..ROUNDS {
+            progress.poll()?;
+            let stuck: Vec<bool> = mesh.vertices.par_iter().map(|p| self.is_stuck(*p)).collect();
+            if !stuck.contains(&true) {
+                break;
+            }
+            let mut goals = means_of_neighbours(mesh, &stuck);
+            goals.iter_mut().for_each(|mean| *mean = mean.and_then(|mean| self.goal(mean)));
+            settle(mesh, &goals, &PARTLY, progress)?;
+        }
+        Ok(())
+    }
+
+    /// Whether a vertex is off the triangles and far from where it belongs.
+    fn is_stuck(&self, vertex: DVec3) -> bool {
+        let far = STUCK * self.off;
+        let on_input = self.input.closest(self.frame.to_unit(vertex));
+        let is_off = on_input.is_some_and(|found| found.distance_sq > far * far);
+        is_off && self.goal(vertex).is_some_and(|goal| goal.distance(vertex) > far * self.frame.scale)
+    }
+
+    /// Where a vertex belongs: on the triangles, or in a gap of these, where the ball ends. `None` if it
+    /// stays.
     fn goal(&self, vertex: DVec3) -> Option<DVec3> {
         let p = self.frame.to_unit(vertex);
+        let centre = self.rolled.closest(p)?.point;
+        let inwards = (p - centre).normalize_or_zero();
+        let ends = centre + self.ball * inwards;
         let found = self.input.closest(p)?;
-        let distance = found.distance_sq.sqrt();
-        if distance > FAR * self.off {
-            return None;
-        }
+        let away = ends.distance(found.point) / self.off;
+        let goal = found.point.lerp(ends, ((away - NEAR) / (AWAY - NEAR)).clamp(0.0, 1.0));
         // Behind a single sheet it would be outside again.
-        let inwards = (found.point - p).normalize_or_zero();
-        let behind = found.point + BEHIND * self.off * inwards;
+        let behind = goal + BEHIND * self.off * inwards;
         let outside = (self.ball - 0.5 * self.off).powi(2);
         let is_thin = self.rolled.closest(behind).is_some_and(|found| found.distance_sq < outside);
-        (!is_thin).then(|| self.frame.to_input_units(found.point))
+        (!is_thin).then(|| self.frame.to_input_units(goal))
     }
 }
 
-/// Vertices of triangles that intersect others or have no area, and those at one place, ascending.
-fn faulty(mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
-    let flat = (0..mesh.triangles.len()).filter(|t| is_flat(mesh.corners(*t))).map(|t| t as u32);
-    let triangles = intersecting_faces(mesh, progress)?.into_iter().chain(flat);
-    let mut found: Vec<u32> = triangles.flat_map(|t| mesh.triangles[t as usize]).collect();
+/// For each vertex of a closed mesh that is wanted, the mean of its neighbours.
+fn means_of_neighbours(mesh: &TriMesh, wanted: &[bool]) -> Vec<Option<DVec3>> {
+    let mut sums = vec![(DVec3::ZERO, 0.0); mesh.vertices.len()];
+    for triangle in &mesh.triangles {
+        for k in (0..3).filter(|k| wanted[triangle[*k] as usize]) {
+            let (sum, count) = &mut sums[triangle[k] as usize];
+            *sum += mesh.vertices[triangle[(k + 1) % 3] as usize];
+            *count += 1.0;
+        }
+    }
+    sums.into_iter().map(|(sum, count)| (count > 0.0).then(|| sum / count)).collect()
+}
+
+/// Moves vertices of a mesh without intersections towards their goals by the first of the `shares` of their
+/// way; where triangles then intersect, have no area or vertices are at one place, by the next. The last
+/// share is 0. Returns the fraction of the vertices that went by the first.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn settle(
+    mesh: &mut TriMesh,
+    goals: &[Option<DVec3>],
+    shares: &[f64],
+    progress: &ProgressToken,
+) -> Result<f64> {
+    let before = mesh.vertices.clone();
+    // Of each vertex, how many of the shares were too large.
+    let mut stages = vec![0; before.len()];
+    let mut moving: Vec<u32> = (0..).zip(goals).filter(|(_, goal)| goal.is_some()).map(|(v, _)| v).collect();
+    while !moving.is_empty() {
+        for v in moving.iter().map(|v| *v as usize) {
+            mesh.vertices[v] = goals[v].map_or(before[v], |goal| before[v].lerp(goal, shares[stages[v]]));
+        }
+        let mut back = faulty(mesh, &moving, progress)?;
+        back.retain(|v| goals[*v as usize].is_some() && stages[*v as usize] + 1 < shares.len());
+        back.iter().for_each(|v| stages[*v as usize] += 1);
+        moving = back;
+    }
+    let first = goals.iter().zip(&stages).filter(|(goal, stage)| goal.is_some() && **stage == 0);
+    Ok(first.count() as f64 / goals.len().max(1) as f64)
+}
+
+/// Vertices of triangles that intersect others or have no area, and those at one place, ascending; where
+/// `moved` vertices are the reason.
+fn faulty(mesh: &TriMesh, moved: &[u32], progress: &ProgressToken) -> Result<Vec<u32>> {
+    let mut is_moved = vec![false; mesh.vertices.len()];
+    moved.iter().for_each(|v| is_moved[*v as usize] = true);
+    let has_moved = |t: &u32| mesh.triangles[*t as usize].iter().any(|v| is_moved[*v as usize]);
+    let around: Vec<u32> = (0..mesh.triangles.len() as u32).filter(has_moved).collect();
+    let is_few = around.len() < mesh.triangles.len() / FEW;
+    let intersecting =
+        if is_few { intersecting_with(mesh, &around, progress) } else { intersecting_faces(mesh, progress) }?;
+    let flat = around.into_iter().filter(|t| is_flat(mesh.corners(*t as usize)));
+    let mut found: Vec<u32> =
+        intersecting.into_iter().chain(flat).flat_map(|t| mesh.triangles[t as usize]).collect();
     let again = (0..).zip(same_places(&mesh.vertices)).filter(|(own, first)| own != first);
     found.extend(again.flat_map(|(own, first)| [own, first]));
     found.sort_unstable();

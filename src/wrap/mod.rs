@@ -4,10 +4,12 @@
 //! what is inside, what overlaps. The surface of the places that it reaches is that of a morphological
 //! closing: first the level set of the distance from the triangles at the ball's radius, as far as it can be
 //! reached from outside, then the level set of the distance from that one, back towards the triangles. Its
-//! vertices near triangles then move onto these, unless both sides of a sheet would meet there.
+//! vertices near triangles then move onto these, unless both sides of a sheet would meet there. Where edges
+//! of the surface then cut off a sharp edge of the triangles, vertices are put onto it.
 
 mod contact;
 mod lattice;
+mod sharpen;
 
 use rayon::prelude::*;
 
@@ -22,6 +24,7 @@ use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Length, Phase, Progress, ProgressToken, Result, TriMesh};
 use contact::{Contact, NEARLY, WHOLLY};
 use lattice::Lattice;
+use sharpen::Sharpener;
 
 /// The radius of the ball over the detail.
 const BALL: f64 = 0.5;
@@ -38,6 +41,8 @@ const BESIDE: f64 = 2.0;
 const MOST_BLOCKS: usize = 40_000;
 /// Vertices that are kept of those of the second level set: along sharp edges, several are at one place.
 const KEPT: f64 = 0.6;
+/// How often sharp edges are put back; again for those whose vertices were in each other's way.
+const SHARPENED: usize = 2;
 /// The detail, over the diagonal, with which the work is finished early, at the least.
 const ROUGH: f64 = 0.04;
 /// The detail, over the diagonal, from which one is searched that is not too fine, and its factor.
@@ -51,9 +56,9 @@ const MOST_DETAIL: f64 = 10.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct WrapOptions {
-    /// The diameter of the ball: gaps narrower than this are closed, and concave edges rounded by half of it.
-    /// The surface stays within this distance of what the ball touches. Sheets without a thickness become
-    /// half as thick as this.
+    /// The diameter of the ball: gaps narrower than this are closed, and concave edges of less than 75
+    /// degrees rounded. The surface stays within this distance of what the ball touches. Sheets without a
+    /// thickness become half as thick as this.
     pub detail: Length,
     /// Repairs that come before: holes filled are not entered.
     pub repairs: RepairOptions,
@@ -192,16 +197,45 @@ fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToke
     let mut found = without_unused_vertices(&found, found.triangles.clone());
     found.vertices.par_iter_mut().for_each(|p| *p = frame.to_input_units(*p));
     let contact = Contact { input: &bvh, rolled: &rolled_tree, ball, off, frame };
-    contact.bring_near(&mut found, &NEARLY, progress)?;
-    let kept = (KEPT * found.vertices.len() as f64) as usize;
-    let mut fewer =
-        with_vertices(&found, Preserved { apart: true, ..Default::default() }, kept, progress)?.mesh;
-    // What was to be avoided was looked for around each edge alone.
-    if !intersecting_faces(&fewer, progress)?.is_empty() {
-        fewer = found;
+    let sharpener = Sharpener { triangles: mesh, input: &bvh, side, frame };
+    brought_near(found, &contact, &sharpener, progress)
+}
+
+/// A surface just off the triangles, laid on these; with it comes the fraction of its vertices for which that
+/// went at once.
+fn brought_near(
+    mut mesh: TriMesh,
+    contact: &Contact,
+    sharpener: &Sharpener,
+    progress: &ProgressToken,
+) -> Result<(TriMesh, f64)> {
+    contact.bring_near(&mut mesh, &NEARLY, progress)?;
+    let kept = (KEPT * mesh.vertices.len() as f64) as usize;
+    let mut mesh = with_fewer_vertices(mesh, &[], kept, progress)?;
+    let before = mesh.vertices.len();
+    let on_input = contact.bring_near(&mut mesh, &WHOLLY, progress)?;
+    for _ in 0..SHARPENED {
+        contact.bring_the_rest_near(&mut mesh, progress)?;
+        sharpener.sharpen(&mut mesh, progress)?;
     }
-    let on_input = contact.bring_near(&mut fewer, &WHOLLY, progress)?;
-    Ok((fewer, on_input))
+    // Needles beside sharp edges go.
+    let added = mesh.vertices.len() - before;
+    let sharp = sharpener.sharp_edges(&mesh);
+    Ok((with_fewer_vertices(mesh, &sharp, before - added.min(before), progress)?, on_input))
+}
+
+/// With `count` vertices, unless triangles would intersect. `curves` stay: of each half-edge whether it is on
+/// one.
+fn with_fewer_vertices(
+    mesh: TriMesh,
+    curves: &[bool],
+    count: usize,
+    progress: &ProgressToken,
+) -> Result<TriMesh> {
+    let preserved = Preserved { apart: true, curves, ..Default::default() };
+    let fewer = with_vertices(&mesh, preserved, count, progress)?.mesh;
+    // What was to be avoided was looked for around each change alone.
+    Ok(if intersecting_faces(&fewer, progress)?.is_empty() { fewer } else { mesh })
 }
 
 /// The distance of each node of a grid from a surface. Where it is above `most`, a lower bound that is, too;
