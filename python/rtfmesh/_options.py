@@ -138,7 +138,7 @@ class Options(TypedDict, total=False):
     wrap: float | str | None
     """Remesh one closed surface around the outside; gaps below this are closed. In input units or as % of
     the diagonal. The surface runs where a ball of this diameter rolls over the input, which may be any
-    triangles. Sheets become half as thick as this, and concave edges are rounded by half of it."""
+    triangles. Sheets become half as thick as this, and concave edges below 75° are rounded."""
     vertices_at_least: bool | None
     """Add vertices if N is too small for a valid mesh."""
     strict: bool | None

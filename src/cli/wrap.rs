@@ -21,8 +21,8 @@ pub struct WrapArgs {
     /// Remesh one closed surface around the outside; gaps below this are closed
     ///
     /// In input units or as % of the diagonal. The surface runs where a ball of this diameter rolls over the
-    /// input, which may be any triangles. Sheets become half as thick as this, and concave edges are rounded
-    /// by half of it.
+    /// input, which may be any triangles. Sheets become half as thick as this, and concave edges below 75°
+    /// are rounded.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     wrap: Option<Length>,
 }
