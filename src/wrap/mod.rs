@@ -107,7 +107,8 @@ pub struct Wrapped {
     pub repaired: Repaired,
     /// The detail, in their unit: more than asked for if the work was finished early.
     pub detail: f64,
-    /// The fraction of its vertices that lie on triangles, 0 to 1. Others span gaps or keep off sheets.
+    /// The fraction of its vertices, 0 to 1, that went all the way to where they belong: onto triangles or,
+    /// over gaps, to where the ball ends. Others keep off sheets.
     pub on_input: f64,
 }
 
