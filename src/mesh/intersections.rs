@@ -9,6 +9,7 @@ use robust::{Coord, Coord3D};
 use super::TriMesh;
 use super::bvh::{Aabb, Bvh};
 use super::quality::scale_of;
+use super::submesh::extract;
 use super::triangle::corners_at;
 use crate::{ProgressToken, Result};
 
@@ -101,8 +102,7 @@ pub(crate) fn any_of_faces_intersects(
 pub(crate) fn intersecting_with(mesh: &TriMesh, some: &[u32], progress: &ProgressToken) -> Result<Vec<u32>> {
     progress.poll()?;
     let mesh = scaled(mesh);
-    let triangles = some.iter().map(|t| mesh.triangles[*t as usize]).collect();
-    let tree = Bvh::new(&TriMesh { vertices: mesh.vertices.clone(), triangles });
+    let tree = Bvh::new(&extract(&mesh, some));
     let hits = Hits::of(&mesh);
     (0..mesh.triangles.len() as u32).into_par_iter().for_each(|t| {
         let look_at = |k: u32| {

@@ -107,8 +107,8 @@ pub struct Wrapped {
     pub repaired: Repaired,
     /// The detail, in their unit: more than asked for if the work was finished early.
     pub detail: f64,
-    /// The fraction of its vertices, 0 to 1, that went all the way to where they belong: onto triangles or,
-    /// over gaps, to where the ball ends. Others keep off sheets.
+    /// The fraction of its vertices, 0 to 1, that lie on the triangles. Others are over gaps, or keep off
+    /// sheets.
     pub on_input: f64,
 }
 
@@ -198,23 +198,20 @@ fn around(mesh: &TriMesh, detail: f64, frame: UnitFrame, progress: &ProgressToke
     let mut found = without_unused_vertices(&found, found.triangles.clone());
     found.vertices.par_iter_mut().for_each(|p| *p = frame.to_input_units(*p));
     let contact = Contact { input: &bvh, rolled: &rolled_tree, ball, off, frame };
-    let sharpener = Sharpener { triangles: mesh, input: &bvh, side, frame };
-    brought_near(found, &contact, &sharpener, progress)
+    let sharpener = Sharpener { triangles: mesh, contact: &contact, side };
+    let found = brought_near(found, &sharpener, progress)?;
+    let on_input = contact.on_input(&found);
+    Ok((found, on_input))
 }
 
-/// A surface just off the triangles, laid on these; with it comes the fraction of its vertices for which that
-/// went at once.
-fn brought_near(
-    mut mesh: TriMesh,
-    contact: &Contact,
-    sharpener: &Sharpener,
-    progress: &ProgressToken,
-) -> Result<(TriMesh, f64)> {
+/// A surface just off the triangles, laid on these.
+fn brought_near(mut mesh: TriMesh, sharpener: &Sharpener, progress: &ProgressToken) -> Result<TriMesh> {
+    let contact = sharpener.contact;
     contact.bring_near(&mut mesh, &NEARLY, progress)?;
     let kept = (KEPT * mesh.vertices.len() as f64) as usize;
     let mut mesh = with_fewer_vertices(mesh, &[], kept, progress)?;
     let before = mesh.vertices.len();
-    let on_input = contact.bring_near(&mut mesh, &WHOLLY, progress)?;
+    contact.bring_near(&mut mesh, &WHOLLY, progress)?;
     for _ in 0..SHARPENED {
         contact.bring_the_rest_near(&mut mesh, progress)?;
         sharpener.sharpen(&mut mesh, progress)?;
@@ -222,7 +219,7 @@ fn brought_near(
     // Needles beside sharp edges go.
     let added = mesh.vertices.len() - before;
     let sharp = sharpener.sharp_edges(&mesh);
-    Ok((with_fewer_vertices(mesh, &sharp, before - added.min(before), progress)?, on_input))
+    with_fewer_vertices(mesh, &sharp, before - added.min(before), progress)
 }
 
 /// With `count` vertices, unless triangles would intersect. `curves` stay: of each half-edge whether it is on

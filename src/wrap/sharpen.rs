@@ -5,12 +5,10 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
-use super::contact::settle;
+use super::contact::Contact;
 use crate::mesh::TriMesh;
-use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::triangle::doubled_normal;
-use crate::mesh::unit_frame::UnitFrame;
 use crate::{ProgressToken, Result};
 
 /// An edge cuts a sharp edge off if its middle is farther from the triangles than this, in sides of the grid.
@@ -32,13 +30,11 @@ const SHARES: [f64; 2] = [1.0, 0.0];
 
 /// What tells where sharp edges are.
 pub(super) struct Sharpener<'a> {
-    /// The triangles, with their tree.
+    /// The triangles, in the frame of the contact.
     pub triangles: &'a TriMesh,
-    pub input: &'a Bvh,
-    /// The side of the grid.
+    pub contact: &'a Contact<'a>,
+    /// The side of the grid, in that frame.
     pub side: f64,
-    /// In which all these are; the mesh to be sharpened is in the unit of the input.
-    pub frame: UnitFrame,
 }
 
 /// A plane through a point.
@@ -64,12 +60,11 @@ impl Sharpener<'_> {
     /// [`crate::Error::Cancelled`].
     pub fn sharpen(&self, mesh: &mut TriMesh, progress: &ProgressToken) -> Result<()> {
         let close = self.close_vertices(mesh);
-        settle(mesh, &close, &SHARES, progress)?;
+        self.contact.settle(mesh, &close, &SHARES, progress)?;
         progress.poll()?;
         let crossings = self.crossings(mesh);
         let goals = self.divide(mesh, &crossings);
-        settle(mesh, &goals, &SHARES, progress)?;
-        Ok(())
+        self.contact.settle(mesh, &goals, &SHARES, progress)
     }
 
     /// Of each half-edge `3 * triangle + side` of a closed mesh, whether it lies on a sharp edge: whether the
@@ -78,7 +73,7 @@ impl Sharpener<'_> {
     pub fn sharp_edges(&self, mesh: &TriMesh) -> Vec<bool> {
         let normal = |t: usize| {
             let [a, b, c] = mesh.corners(t);
-            let plane = self.plane(self.frame.to_unit((a + b + c) / 3.0))?;
+            let plane = self.plane(self.contact.frame.to_unit((a + b + c) / 3.0))?;
             let is_turned = doubled_normal([a, b, c]).dot(plane.normal) < 0.0;
             Some(if is_turned { -plane.normal } else { plane.normal })
         };
@@ -95,10 +90,10 @@ impl Sharpener<'_> {
 
     /// For each vertex close to a sharp edge that one of its edges cuts off, a point on this.
     fn close_vertices(&self, mesh: &TriMesh) -> Vec<Option<DVec3>> {
-        let close = self.frame.scale * CLOSE * self.side;
+        let close = self.contact.frame.scale * CLOSE * self.side;
         let mut found: Vec<Option<DVec3>> = vec![None; mesh.vertices.len()];
         for Crossing { ends, point } in self.crossings(mesh) {
-            let point = self.frame.to_input_units(point);
+            let point = self.contact.frame.to_input_units(point);
             for v in [ends.0, ends.1].map(|v| v as usize) {
                 let before = found[v].map_or(close, |other| other.distance(mesh.vertices[v]));
                 if point.distance(mesh.vertices[v]) < before {
@@ -117,15 +112,16 @@ impl Sharpener<'_> {
     }
 
     fn crossing(&self, mesh: &TriMesh, ends: (u32, u32)) -> Option<Crossing> {
-        let [a, b] = [ends.0, ends.1].map(|v| self.frame.to_unit(mesh.vertices[v as usize]));
+        let [a, b] = [ends.0, ends.1].map(|v| self.contact.frame.to_unit(mesh.vertices[v as usize]));
         let middle = a.midpoint(b);
-        let gap = self.input.closest(middle)?.distance_sq.sqrt();
+        let gap = self.contact.input.closest(middle)?.distance_sq.sqrt();
         if gap < LEAST * self.side {
             return None;
         }
         // Edges that span gaps cut nothing off.
-        let is_on =
-            |p| self.input.closest(p).is_some_and(|found| found.distance_sq < (ON * self.side).powi(2));
+        let is_on = |p| {
+            self.contact.input.closest(p).is_some_and(|found| found.distance_sq < (ON * self.side).powi(2))
+        };
         if !(is_on(a) && is_on(b)) {
             return None;
         }
@@ -145,14 +141,14 @@ impl Sharpener<'_> {
 
     /// The plane of the triangle that is closest.
     fn plane(&self, at: DVec3) -> Option<Plane> {
-        let found = self.input.closest(at)?;
+        let found = self.contact.input.closest(at)?;
         let normal = doubled_normal(self.triangles.corners(found.triangle as usize)).try_normalize()?;
         Some(Plane { point: found.point, normal })
     }
 
     /// A point on the triangles, unless it is far off them or from another.
     fn on_triangles(&self, from: DVec3, point: DVec3) -> Option<DVec3> {
-        let found = self.input.closest(point)?;
+        let found = self.contact.input.closest(point)?;
         let is_there = found.distance_sq < (ON * self.side).powi(2)
             && from.distance_squared(point) < (AWAY * self.side).powi(2);
         is_there.then_some(found.point)
@@ -167,7 +163,7 @@ impl Sharpener<'_> {
             let [a, b] = [ends.0, ends.1].map(|v| mesh.vertices[v as usize]);
             middles.insert(*ends, mesh.vertices.len() as u32);
             mesh.vertices.push(a.midpoint(b));
-            goals.push(Some(self.frame.to_input_units(*point)));
+            goals.push(Some(self.contact.frame.to_input_units(*point)));
         }
         let mut divided = Vec::with_capacity(mesh.triangles.len() + 2 * crossings.len());
         for triangle in &mesh.triangles {
@@ -195,7 +191,7 @@ impl Sharpener<'_> {
 
     /// The corner that a triangle cuts off, in the unit of the input, if its three planes meet at one.
     fn corner(&self, corners: [DVec3; 3]) -> Option<DVec3> {
-        let corners = corners.map(|p| self.frame.to_unit(p));
+        let corners = corners.map(|p| self.contact.frame.to_unit(p));
         let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         let mut normals = [DVec3::ZERO; 3];
         let mut along = [0.0; 3];
@@ -206,7 +202,7 @@ impl Sharpener<'_> {
         let rows = DMat3::from_cols_array_2d(&normals.map(|normal| normal.to_array())).transpose();
         let meet = rows.determinant().abs() > CORNER;
         let by = meet.then(|| rows.inverse() * DVec3::from_array(along))?;
-        Some(self.frame.to_input_units(self.on_triangles(centre, centre + by)?))
+        Some(self.contact.frame.to_input_units(self.on_triangles(centre, centre + by)?))
     }
 }
 

@@ -277,7 +277,7 @@ fn check(mesh: &TriMesh) -> Result<()> {
 }
 
 /// For each vertex the first one at the same position.
-pub(crate) fn same_places(vertices: &[DVec3]) -> Vec<u32> {
+fn same_places(vertices: &[DVec3]) -> Vec<u32> {
     let mut firsts: QuickMap<[u64; 3], u32> = QuickMap::default();
     firsts.reserve(vertices.len());
     let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(position_key(*position)) {
