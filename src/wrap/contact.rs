@@ -34,8 +34,8 @@ const PARTLY: [f64; 3] = [1.0, 0.5, 0.0];
 const STUCK: f64 = 0.25;
 /// Around fewer than one of this many triangles, intersections are looked for there alone.
 const FEW: usize = 4;
-/// Beyond this many rounds, vertices around those that go back do so, too: from each round on those of one
-/// more ring. Else, a row of vertices may go back one after the other.
+/// After this many rounds, vertices around those that go back do so, too, one ring more in each further
+/// round. Otherwise, a row of vertices may go back one after the other.
 const PATIENT: usize = 8;
 /// How often vertices that had to stay are moved, at the most.
 const ROUNDS: usize = 4;
@@ -88,7 +88,7 @@ impl Contact<'_> {
 
     /// Moves vertices of a mesh without intersections towards their goals by the first of the `shares` of
     /// their way; where triangles then intersect, have no area or face inwards, or vertices are at one place,
-    /// by the next. The last share is 0.
+    /// by the next. The last share is 0. After some rounds, vertices around these go back as well.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -111,9 +111,12 @@ impl Contact<'_> {
             for v in moving.iter().map(|v| *v as usize) {
                 mesh.vertices[v] = goals[v].map_or(before[v], |goal| before[v].lerp(goal, shares[stages[v]]));
             }
+            let can_go_back =
+                |v: &u32| goals[*v as usize].is_some() && stages[*v as usize] + 1 < shares.len();
             let mut back = self.faulty(mesh, &moving, progress)?;
-            (PATIENT..round).for_each(|_| with_neighbours(mesh, &mut back));
-            back.retain(|v| goals[*v as usize].is_some() && stages[*v as usize] + 1 < shares.len());
+            back.retain(can_go_back);
+            (PATIENT..=round).for_each(|_| with_neighbours(mesh, &mut back));
+            back.retain(can_go_back);
             back.iter().for_each(|v| stages[*v as usize] += 1);
             moving = back;
         }
@@ -144,7 +147,8 @@ impl Contact<'_> {
     /// Whether a triangle of a surface is turned away from where the ball's centre goes: folded over beside a
     /// sharp edge, without a triangle that it intersects.
     fn faces_inwards(&self, corners: [DVec3; 3]) -> bool {
-        let centre = self.frame.to_unit((corners[0] + corners[1] + corners[2]) / 3.0);
+        let corners = corners.map(|p| self.frame.to_unit(p));
+        let centre = (corners[0] + corners[1] + corners[2]) / 3.0;
         let outwards = self.rolled.closest(centre).map(|found| found.point - centre);
         outwards.is_some_and(|outwards| doubled_normal(corners).dot(outwards) < 0.0)
     }
@@ -213,7 +217,7 @@ fn with_neighbours(mesh: &TriMesh, vertices: &mut Vec<u32>) {
     vertices.dedup();
 }
 
-/// The vertices of a mesh at the place of one of these, other than its own, with that one.
+/// All vertices of a mesh at places that one of these shares with another vertex.
 fn at_one_place(mesh: &TriMesh, vertices: &[u32]) -> Vec<u32> {
     let key = |v: u32| position_key(mesh.vertices[v as usize]);
     let places: HashSet<[u64; 3]> = vertices.iter().map(|v| key(*v)).collect();

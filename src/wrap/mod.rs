@@ -107,8 +107,8 @@ pub struct Wrapped {
     pub repaired: Repaired,
     /// The detail, in their unit: more than asked for if the work was finished early.
     pub detail: f64,
-    /// The fraction of its vertices, 0 to 1, that lie on the triangles. Others are over gaps, or keep off
-    /// sheets.
+    /// The fraction of its vertices, 0 to 1, that lie on the triangles. Others are over gaps, keep off
+    /// sheets, or would have turned triangles over.
     pub on_input: f64,
 }
 

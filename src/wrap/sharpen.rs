@@ -54,7 +54,7 @@ struct Crossing {
 
 impl Sharpener<'_> {
     /// Moves vertices close to sharp edges onto these, and inserts others on them, and at corners. What would
-    /// make triangles intersect stays where it was, or on the edge or triangle that it divides.
+    /// make triangles intersect or turn over stays where it was, or on the edge or triangle that it divides.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
