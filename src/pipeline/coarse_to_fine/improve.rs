@@ -86,7 +86,7 @@ struct Retries {
 impl CoarseToFine<'_> {
     /// Improves the mesh of the last level by all passes, in order, and finds out what is wrong with it then.
     /// If new self-intersections appear, it starts again: without flips between curves, then with moved
-    /// sites.
+    /// sites as long as these keep the topology.
     pub(crate) fn improve(
         &self,
         on: &CellSurface,
@@ -111,9 +111,9 @@ impl CoarseToFine<'_> {
             let is_second_mesh = !now.level.on_ridges.is_empty();
             if found.faces > 0
                 && !is_second_mesh
-                && self.begins_again(on, &mut now, &found, &mut retries, reporting)?
+                && let Some(next) = self.another_try(on, &now, &found, &mut retries, reporting)?
             {
-                level = now.level;
+                level = next;
                 continue;
             }
             if is_second_mesh {
@@ -237,36 +237,41 @@ impl CoarseToFine<'_> {
         Ok(new)
     }
 
-    /// Whether another try may help: without flips between curves, or with sites moved to the faces that
-    /// intersect others, which are then connected again.
-    fn begins_again(
+    /// The level's mesh for another try, if one may help: the same, for one without flips between curves; or
+    /// one with sites moved to the faces that intersect others, which are then connected again.
+    fn another_try(
         &self,
         on: &CellSurface,
-        now: &mut Improved,
+        now: &Improved,
         found: &NewIntersections,
         retries: &mut Retries,
         reporting: &mut Reporting,
-    ) -> Result<bool> {
+    ) -> Result<Option<LevelMesh>> {
+        let Improved { mesh, level, spacing, .. } = now;
         if !retries.keeps_chords {
             // In thin walls, flips between curves may be what made faces intersect.
             retries.keeps_chords = true;
-            return Ok(true);
+            return Ok(Some(level.clone()));
         }
-        let Improved { mesh, level, spacing, .. } = now;
+        if retries.densifications == DENSIFICATIONS || reporting.progress.leave_out() {
+            return Ok(None);
+        }
         let (faces, fixed, sizes) = (&level.mesh.triangles, &mesh.fixed, &self.model.sizes);
         let of = ConnectedSites { faces, fixed, spacing: *spacing, sizes };
-        if retries.densifications == DENSIFICATIONS
-            || reporting.progress.leave_out()
-            || !densify(&mut level.sites, &of, &found.places)
-        {
-            return Ok(false);
+        let mut sites = level.sites.clone();
+        if !densify(&mut sites, &of, &found.places) {
+            return Ok(None);
         }
         retries.densifications += 1;
-        let near = near_sites(self.context.device, &level.sites.positions)?;
-        let sites = std::mem::take(&mut level.sites);
-        let moved = LevelSites { sites, on_curves: level.on_curves.take(), near };
-        *level = self.connect(on, moved, *spacing, reporting.progress)?;
-        Ok(true)
+        let near = near_sites(self.context.device, &sites.positions)?;
+        let moved = LevelSites { sites, on_curves: level.on_curves.clone(), near };
+        let next = self.connect(on, moved, *spacing, reporting.progress)?;
+        if !next.is_sound {
+            // That is a worse fault. It happens beside triangles of the surface that are folded over.
+            reporting.progress.would_simplify(false);
+            return Ok(None);
+        }
+        Ok(Some(next))
     }
 
     /// Whether a faulty mesh is replaced as a whole by local operations.
@@ -293,11 +298,15 @@ impl CoarseToFine<'_> {
         if let Some(at) = self.missing_whole_edge(&now.mesh) {
             return Ok(Some(Fault { kind: FaultKind::Topology, at: Some(at) }));
         }
+        if let Some(missing) = reporting.progress.during(|progress| self.missing(now, progress))? {
+            return Ok(Some(missing));
+        }
         if found.faces > 0 {
             let at = found.places.first().map(|place| place.farthest.0);
             return Ok(Some(Fault { kind: FaultKind::Intersections(found.faces), at }));
         }
-        reporting.progress.during(|progress| self.fault_of_shape(now, progress))
+        let feature_angle = self.context.options.coarse_to_fine.feature_angle;
+        Ok(Fault::sliver(&now.mesh.mesh, &self.context.surface.mesh(), feature_angle))
     }
 
     /// The middle of an edge that was to stay whole and is none of the mesh.
@@ -319,16 +328,13 @@ impl CoarseToFine<'_> {
         missing.into_iter().min().map(|(a, b)| at(a).midpoint(at(b)))
     }
 
-    /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell, or has
-    /// slivers.
-    fn fault_of_shape(&self, now: &Improved, progress: &ProgressToken) -> Result<Option<Fault>> {
+    /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell.
+    fn missing(&self, now: &Improved, progress: &ProgressToken) -> Result<Option<Fault>> {
         let (mesh, edges) = (&now.mesh.mesh, (now.spacing, &self.model.sizes));
         let surface = self.context.surface.mesh();
         let missing = missing_vertices(&surface, (mesh, &now.level.sites.triangles), edges, progress)?;
         let at = |v: &u32| Some(self.context.surface.vertices[*v as usize]);
-        let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
-        Ok(missing
-            .or_else(|| Fault::sliver(mesh, &surface, self.context.options.coarse_to_fine.feature_angle)))
+        Ok(missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) }))
     }
 
     /// Where another site would help a face that intersects others: on the surface near its centre.

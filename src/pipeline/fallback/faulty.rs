@@ -16,6 +16,13 @@ use crate::{Error, ProgressToken, Result, TriMesh};
 /// Slivers are few up to this share of all triangles.
 const FEW_SLIVERS: f64 = 0.02;
 
+/// Faces that intersect others are few up to this share of all.
+const FEW_INTERSECTING: f64 = 0.01;
+/// Triangles with a lower mean quality are poor.
+const POOR: f64 = 0.8;
+/// They are much better if their mean quality is higher by this.
+const MUCH_BETTER: f64 = 0.05;
+
 /// More broken cells than this share of all are many.
 const MANY_BROKEN: f64 = 0.03;
 
@@ -184,10 +191,24 @@ impl Fallback<'_> {
     }
 }
 
-/// The one with the lesser fault, of equals the first.
+/// The one with the lesser fault, of equals the first. If both have only a few intersecting faces, one has
+/// poor triangles and the other one much better ones, that one.
 pub(crate) fn better(one: Outcome, other: Outcome) -> Outcome {
     let severity = |outcome: &Outcome| outcome.fault.as_ref().map(|fault| fault.kind);
+    if intersects_little(&one) && intersects_little(&other) {
+        let mean = |outcome: &Outcome| quality(&outcome.mesh).map_or(0.0, |quality| quality.mean_quality);
+        let [first, second] = [&one, &other].map(mean);
+        if first.min(second) < POOR && (first - second).abs() > MUCH_BETTER {
+            return if second > first { other } else { one };
+        }
+    }
     if severity(&other) < severity(&one) { other } else { one }
+}
+
+/// Whether nothing is known to be worse than that a few faces intersect others.
+fn intersects_little(outcome: &Outcome) -> bool {
+    let few = FEW_INTERSECTING * outcome.mesh.triangles.len() as f64;
+    matches!(outcome.fault, Some(Fault { kind: FaultKind::Intersections(count), .. }) if count as f64 <= few)
 }
 
 /// `None` if there were too few vertices.
@@ -195,5 +216,42 @@ fn if_enough_vertices<T>(simplified: Result<T>) -> Result<Option<T>> {
     match simplified {
         Err(Error::Usage { .. }) => Ok(None),
         simplified => simplified.map(Some),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// Of 1,000 triangles, each as wide as high, or a tenth of that.
+    fn outcome(kind: Option<FaultKind>, is_even: bool) -> Outcome {
+        let height = if is_even { 0.9 } else { 0.1 };
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, height, 0.0)];
+        let mesh = TriMesh {
+            vertices: (0..1000).flat_map(|t| corners.map(|p| p + f64::from(t) * DVec3::Z)).collect(),
+            triangles: (0..1000).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        };
+        Outcome { mesh, fault: kind.map(|kind| Fault { kind, at: None }), ..Outcome::default() }
+    }
+
+    #[test]
+    fn a_few_intersections_weigh_less_than_poor_triangles_and_all_else_more() {
+        use FaultKind::{Intersections, Topology};
+        let [few, fewer, many] = [8, 2, 50].map(|count| Some(Intersections(count)));
+        for (one, other, second_is_better) in [
+            ((few, true), (fewer, false), false),
+            ((fewer, false), (few, true), true),
+            ((few, true), (fewer, true), true),
+            ((fewer, true), (few, true), false),
+            ((many, true), (few, false), true),
+            ((few, true), (None, false), true),
+            ((Some(Topology), true), (many, false), true),
+        ] {
+            let [one, other] = [one, other].map(|(kind, is_even)| outcome(kind, is_even));
+            let second = (other.fault.clone(), other.mesh.clone());
+            let found = better(one, other);
+            assert_eq!((found.fault, found.mesh) == second, second_is_better, "{:?}", second.0);
+        }
     }
 }
