@@ -46,6 +46,9 @@ awk '/^```/ { inside = /^```python/; next } inside' README.md >"$work/fresh/read
 "$work/user/bin/pip" install --quiet -r python/requirements-test.txt
 # From elsewhere, so that nothing is taken from the sources.
 cd "$work/fresh"
+# Where ./ci/gltf.sh looks for files to check.
+export RTFMESH_GLTF=${work%/python}/tmp/gltf
+mkdir -p "$RTFMESH_GLTF"
 "$work/user/bin/mypy" --config-file "$root/python/pyproject.toml" -p rtfmesh
 "$work/user/bin/mypy" --config-file "$root/python/pyproject.toml" "$root/python/tests/typed.py"
 "$work/user/bin/pytest" --quiet -c "$root/python/pyproject.toml" --rootdir "$root/python" \

@@ -7,7 +7,8 @@
     rtfmesh.write("scan-10k.ply", result)
 
 `rtfmesh.reconstruct` builds and remeshes a surface through points, `rtfmesh.contour` one in a volume.
-`rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
+`rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages, and
+`rtfmesh.asset` makes a mesh with baked textures.
 """
 
 from importlib import import_module as _import_module
@@ -19,6 +20,7 @@ from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, Out
 from ._figures import devices, inspect, measure, render
 from ._files import Mesh, read, sample, write
 from ._follow import follow
+from ._locate import locate
 from ._native import __version__
 from ._options import Options, Research
 from ._progress import Progress
@@ -29,7 +31,7 @@ from ._result import Cells, Correspondence, LocatedResult, Result
 add_cpu_driver()
 
 # What needs packages that may not be installed, and takes longer to import.
-_LAZY = ("meshio", "pyvista", "ray", "trimesh")
+_LAZY = ("asset", "meshio", "pyvista", "ray", "trimesh")
 
 
 def __getattr__(name: str) -> _Any:
@@ -65,6 +67,7 @@ __all__ = [
     "devices",
     "follow",
     "inspect",
+    "locate",
     "measure",
     "read",
     "reconstruct",

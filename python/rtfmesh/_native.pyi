@@ -20,6 +20,24 @@ Places = tuple[NDArray[np.uint32], NDArray[np.float64]]
 class Materials:
     """What a file says of materials; opaque."""
 
+    @staticmethod
+    def textured(
+        pictures: tuple[bytes | None, bytes | None, bytes | None, bytes | None],
+        surface: tuple[float, float],
+        alpha: str,
+        double_sided: bool,
+    ) -> Materials:
+        """One material with the pictures of colour, metalness with roughness, normals and light, as PNG.
+
+        `surface` is metalness and roughness; `alpha` "opaque", "mask" or "blend".
+        """
+
+    def json(self) -> str | None:
+        """Materials, textures and samplers as JSON, as glTF has them; None if there are none."""
+
+    def images(self) -> list[bytes]:
+        """The bytes of the pictures that textures refer to."""
+
 @final
 class Device:
     """An open device, with what was compiled for it; `memory` is in MiB."""
@@ -44,6 +62,11 @@ def remesh(
 
 def follow(input: Mesh, result: Mesh, poses: NDArray[np.float64]) -> NDArray[np.float64]:
     """The vertices of a result (F, N, 3) in all poses of its input (F, V, 3)."""
+
+def locate(
+    given: Mesh, points: NDArray[np.float64], normals: NDArray[np.float64] | None, margin: float
+) -> Places:
+    """The places of points on a mesh, each (N, 3)."""
 
 def measure(
     given: Mesh, against: Mesh | None, accuracy: float | None, energy: bool, feature_angle: float | None

@@ -4,10 +4,11 @@ use crate::errors::one_of;
 use std::path::PathBuf;
 
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyString;
+use pyo3::types::{PyBytes, PyString};
 use rtfmesh::mesh::attributes;
-use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+use rtfmesh::mesh::attributes::{Alpha, Attribute, Attributes, CornerUv, Image, Kind, Role, Textures};
 
 const ROLES: [(&str, Role); 4] =
     [("colour", Role::Colour), ("normal", Role::Normal), ("label", Role::Label), ("other", Role::Other)];
@@ -30,6 +31,56 @@ pub struct Materials {
     libraries: Vec<String>,
     library_folder: Option<PathBuf>,
     materials: Option<attributes::Materials>,
+}
+
+const ALPHA: [(&str, Alpha); 3] = [("opaque", Alpha::Opaque), ("mask", Alpha::Mask), ("blend", Alpha::Blend)];
+
+#[pymethods]
+impl Materials {
+    /// One material with pictures: those of colour, metalness with roughness, normals and light, as PNG;
+    /// metalness and roughness; what opacity means; whether triangles have two sides.
+    #[staticmethod]
+    fn textured(
+        pictures: [Option<Vec<u8>>; 4],
+        surface: (f64, f64),
+        alpha: &Bound<'_, PyString>,
+        double_sided: bool,
+    ) -> PyResult<Self> {
+        let image = |(name, bytes): (&str, Option<Vec<u8>>)| {
+            bytes.map(|bytes| Image {
+                name: Some(name.to_owned()),
+                mime: "image/png".to_owned(),
+                bytes: bytes.into(),
+            })
+        };
+        let [colour, metallic_roughness, normal, emissive] = pictures;
+        let (metallic, roughness) = surface;
+        let of_colour = image(("base colour", colour));
+        let textures = Textures {
+            base_colour: of_colour
+                .ok_or_else(|| PyValueError::new_err("there is no picture of the colour"))?,
+            metallic_roughness: image(("metalness and roughness", metallic_roughness)),
+            normal: image(("normals", normal)),
+            emissive: image(("light", emissive)),
+            metallic,
+            roughness,
+            alpha: one_of(alpha, "alpha", &ALPHA)?,
+            double_sided,
+        };
+        let materials = Some(attributes::Materials::textured(textures));
+        Ok(Self { libraries: Vec::new(), library_folder: None, materials })
+    }
+
+    /// Materials, textures and samplers as JSON, as glTF has them; none if there are none.
+    fn json(&self) -> Option<String> {
+        self.materials.as_ref().map(attributes::Materials::to_json)
+    }
+
+    /// The bytes of the pictures that textures refer to.
+    fn images<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyBytes>> {
+        let images = self.materials.iter().flat_map(attributes::Materials::images);
+        images.map(|image| PyBytes::new(py, &image.bytes)).collect()
+    }
 }
 
 /// Name, role, number type, components, numbers, names of the values.

@@ -7,6 +7,7 @@ mod errors;
 mod figures;
 mod files;
 mod follow;
+mod locate;
 mod mesh;
 mod program;
 mod run;
@@ -28,6 +29,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(figures::inspect, module)?)?;
     module.add_function(wrap_pyfunction!(figures::render, module)?)?;
     module.add_function(wrap_pyfunction!(follow::follow, module)?)?;
+    module.add_function(wrap_pyfunction!(locate::locate, module)?)?;
     module.add_function(wrap_pyfunction!(files::read, module)?)?;
     module.add_function(wrap_pyfunction!(files::sample, module)?)?;
     module.add_function(wrap_pyfunction!(files::write, module)?)?;

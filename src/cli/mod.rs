@@ -66,17 +66,20 @@ rtfmesh --help lists all commands, rtfmesh COMMAND --help the options of one.
 const SEE_MORE: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them.";
 
 const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them; the \
-    manual (rtfmesh man) explains each.\nrtfmesh IN OUT is short for rtfmesh remesh IN OUT.\nMeshes: .obj, \
-    .ply, .stl, .off, .gltf (read only), .glb, .mesh (MEDIT), .3mf, .vtp, .vtu and .vtk (VTK), each also \
-    with .gz; - is standard input or output. Points: .ply, .off, .vtp, .vtk, .pcd, .las, .laz, .e57, .xyz, \
-    .txt, .csv. Volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\nExit codes: 0 done, 2 usage, 3 input, 4 \
-    device or memory, 130 stopped by Ctrl-C (also if --keep-partial wrote a mesh), 1 anything else. An error \
-    is one line that says what to do.\nEnvironment: RTFMESH_DEVICE selects the device, as --device does; \
-    RTFMESH_CACHE_DIR is the folder for compiled kernels; RTFMESH_SELF_TEST=1 repeats the self-test of the \
-    device; RTFMESH_VALIDATION=1 runs under the Vulkan \
-    validation layers and fails on any message; RTFMESH_FULL_BARRIERS=1 orders all device commands; \
-    RTFMESH_LEAST_LIMITS=1 limits the device to what Vulkan guarantees; RTFMESH_DEVICE_POLISH=1 polishes, \
-    fits and checks all meshes on the device, 0 none.";
+    manual (rtfmesh man) explains each.\nrtfmesh IN OUT is short for rtfmesh remesh IN OUT. The Python \
+    package adds rtfmesh asset IN OUT.glb, which bakes textures.\nMeshes: .obj, .ply, .stl, .off, .gltf \
+    (read only), .glb, .mesh (MEDIT), .3mf, .vtp, .vtu and .vtk (VTK), each also with .gz; - is standard \
+    input or output. Points: .ply, .off, .vtp, .vtk, .pcd, .las, .laz, .e57, .xyz, .txt, .csv. Volumes: \
+    .npy, .nrrd, .nii, .mha, .vti, .vtk.\nExit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 \
+    stopped by Ctrl-C (also if --keep-partial wrote a mesh), 1 anything else. An error is one line that says \
+    what to do.\nEnvironment: RTFMESH_DEVICE selects the device, as --device does; RTFMESH_CACHE_DIR is the \
+    folder for compiled kernels; RTFMESH_SELF_TEST=1 repeats the self-test of the device; \
+    RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and fails on any message; \
+    RTFMESH_FULL_BARRIERS=1 orders all device commands; RTFMESH_LEAST_LIMITS=1 limits the device to what \
+    Vulkan guarantees; RTFMESH_DEVICE_POLISH=1 polishes, fits and checks all meshes on the device, 0 none.";
+
+/// The command that the Python package has besides these.
+const ASSET: &str = "asset";
 
 #[derive(Subcommand)]
 enum Command {
@@ -103,6 +106,13 @@ enum Command {
 /// on standard error.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args = with_command(args.into_iter().collect());
+    if args.get(1).is_some_and(|first| first == ASSET) {
+        return tell_outcome(Err(Error::usage(
+            format!("`{ASSET}` is a command of the Python package"),
+            "install that: pip install 'rtfmesh[asset]'",
+        )
+        .into()));
+    }
     if args.len() <= 1 {
         tell(FIRST_STEPS);
         return 2;

@@ -132,12 +132,12 @@ pub(crate) fn find_correspondence_by(
 type Found = (Vec<SurfacePoint>, Vec<usize>);
 
 /// A point to be found.
-struct QueryPoint {
-    at: DVec3,
+pub(super) struct QueryPoint {
+    pub at: DVec3,
     /// Along the normal there, of any length.
-    normal: DVec3,
+    pub normal: DVec3,
     /// How much nearer a triangle that faces otherwise must be.
-    margin: f64,
+    pub margin: f64,
 }
 
 /// The vertices of a mesh, then the centres of its faces, as far as they are requested.
@@ -184,14 +184,14 @@ pub(crate) struct SurfaceSearch {
 }
 
 impl SurfaceSearch {
-    fn new(surface: &TriMesh) -> Self {
+    pub(super) fn new(surface: &TriMesh) -> Self {
         let normals = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
         Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)), origin: Vec::new() }
     }
 
     /// The triangle of the repaired mesh that a point lies on. `rank` is where to look first, and then where
     /// it was.
-    fn find(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
+    pub(super) fn find(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
         let found = self.find_own(point, rank);
         self.origin.get(found as usize).copied().unwrap_or(found)
     }
@@ -215,7 +215,7 @@ impl SurfaceSearch {
 }
 
 /// Weights that rounding left just off a side or a corner, moved onto it.
-fn snapped(weights: [f64; 3]) -> [f64; 3] {
+pub(super) fn snapped(weights: [f64; 3]) -> [f64; 3] {
     let kept = weights.map(|w| if w < ON_SIDE { 0.0 } else { w });
     let sum: f64 = kept.iter().sum();
     kept.map(|w| w / sum)

@@ -17,6 +17,7 @@ pub(crate) mod handles;
 pub(crate) mod hash_grid;
 pub(crate) mod insert_points;
 pub mod intersections;
+pub mod locate;
 pub(crate) mod mirror;
 pub(crate) mod planes;
 pub mod quality;

@@ -72,6 +72,8 @@ fn the_command_may_be_left_out_before_the_name_of_a_mesh() {
     assert!(place.run("measure measure").0.contains("genus"));
     let mistyped = place.program("remsh out.obj x.obj").assert().code(2);
     mistyped.stderr(predicate::str::contains("unrecognized subcommand 'remsh'"));
+    let elsewhere = place.program("asset out.obj x.glb").assert().code(2);
+    elsewhere.stderr(predicate::str::contains("pip install 'rtfmesh[asset]'"));
 }
 
 fn number(report: &Value, pointer: &str) -> f64 {

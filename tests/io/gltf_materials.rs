@@ -4,13 +4,14 @@ use crate::support::files::{encode_with, read_bytes, read_bytes_with_materials};
 use glam::DVec3;
 use rtfmesh::Error;
 use rtfmesh::io::{Loaded, Reader};
-use rtfmesh::mesh::attributes::Materials;
+use rtfmesh::mesh::attributes::{Alpha, Attribute, Attributes, Image, Kind, Materials, Role, Textures};
+use rtfmesh::mesh::samples::sample;
 use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::Path;
 
 use crate::support::files::base64;
-use crate::support::painted::{GLB, add, checker, halves, one, sphere, split, textured, uri};
+use crate::support::painted::{GLB, add, checker, globe, halves, one, sphere, split, textured, uri};
 use crate::support::place::Place;
 use crate::support::store_glb;
 
@@ -136,6 +137,54 @@ fn every_material_has_its_primitive() {
     assert_eq!(found[base.texture().source().index()].0, pictures_in[0]);
     assert_eq!(found[normal.texture().source().index()].0, pictures_in[1]);
     assert_eq!(south.emissive_texture().unwrap().texture().index(), base.texture().index());
+}
+
+#[test]
+fn pictures_of_normals_come_with_tangents() {
+    let mesh = sample("bumpy-sphere").unwrap();
+    let outwards: Vec<DVec3> = mesh.vertices.iter().map(|p| p.normalize()).collect();
+    let values = outwards.iter().flat_map(|n| n.to_array()).collect();
+    let image = |bytes: Vec<u8>| Image { name: None, mime: "image/png".to_owned(), bytes: bytes.into() };
+    let with = |normal: Option<Image>| {
+        let materials = Materials::textured(Textures {
+            base_colour: image(checker(0)),
+            metallic_roughness: None,
+            normal,
+            emissive: None,
+            metallic: 0.0,
+            roughness: 1.0,
+            alpha: Alpha::Opaque,
+            double_sided: false,
+        });
+        let attributes = Attributes {
+            vertex: vec![Attribute::new("normal", Role::Normal, Kind::F64, 3, Vec::clone(&values))],
+            face: vec![one(&mesh)],
+            uv: Some(globe(&mesh)),
+            materials: Some(materials),
+            ..Attributes::default()
+        };
+        let bytes = encode_with(Path::new("out"), &mesh, &attributes, GLB).unwrap();
+        store_glb(&bytes);
+        gltf::Gltf::from_slice(&bytes).unwrap()
+    };
+    let tangents = |file: &gltf::Gltf| {
+        let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+        let reader = primitive.reader(|_| file.blob.as_deref());
+        let found = reader.read_tangents().map(Iterator::collect::<Vec<_>>);
+        found.map(|found| found.into_iter().zip(reader.read_positions().unwrap()).collect::<Vec<_>>())
+    };
+    assert_eq!(tangents(&with(None)), None);
+    let found = tangents(&with(Some(image(checker(100))))).unwrap();
+    assert!(found.len() > mesh.vertices.len(), "vertices on the seam stand twice");
+    for ([x, y, z, side], at) in found {
+        let (tangent, normal) = (DVec3::new(x.into(), y.into(), z.into()), DVec3::from(at.map(f64::from)));
+        let (east, normal) = (DVec3::Z.cross(normal), normal.normalize());
+        assert!((tangent.length() - 1.0).abs() < 1e-6 && tangent.dot(normal).abs() < 1e-6);
+        // Texture coordinates mean nothing at the poles.
+        if normal.z.abs() < 0.9 {
+            assert!(tangent.dot(east.normalize()) > 0.9 && side == 1.0, "{tangent} at {at:?}");
+        }
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod materials;
 mod model;
 mod scene;
 mod skins;
+mod tangents;
 mod write;
 mod write_materials;
 mod write_skin;

@@ -7,9 +7,10 @@ use std::io::Write;
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use super::tangents::{TexturedMesh, needs_tangents};
 use super::write_materials::writable_materials;
 use super::write_skin::skin_parts;
-use super::{write_materials, write_skin};
+use super::{tangents, write_materials, write_skin};
 use crate::TriMesh;
 use crate::io::binary::append_le;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -109,9 +110,10 @@ fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
     let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
     let uv = if attributes.uv.is_some() { 8 } else { 0 };
     let materials = writable_materials(attributes).map_or(0, write_materials::byte_length);
+    let tangent = if tangent_normals(attributes).is_some() { tangents::VERTEX_BYTES } else { 0 };
     let influences = if attributes.skin.is_some() { write_skin::VERTEX_BYTES } else { 0 };
     let skeleton = attributes.skin.as_ref().map_or(0, write_skin::byte_length);
-    split * (12 + colour + normal + uv + influences) + 4 * corners + materials + skeleton
+    split * (12 + colour + normal + uv + tangent + influences) + 4 * corners + materials + skeleton
 }
 
 /// Upper bound for the bytes of the file, except for a few kilobytes of JSON.
@@ -294,6 +296,24 @@ fn material_names(attributes: &Attributes, groups: &[(Option<usize>, Vec<usize>)
     }
 }
 
+/// Normals of the vertices.
+fn normals(attributes: &Attributes) -> Option<&Attribute> {
+    attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3)
+}
+
+/// Normals of the vertices, if there are pictures of normals, which are relative to these.
+fn tangent_normals(attributes: &Attributes) -> Option<&Attribute> {
+    let is_textured = attributes.uv.is_some() && attributes.face_named("material").is_some();
+    let materials = writable_materials(attributes).filter(|_| is_textured)?;
+    normals(attributes).filter(|_| needs_tangents(materials))
+}
+
+/// The numbers of a vertex as a vector.
+fn vector(of: &Attribute, v: u32) -> DVec3 {
+    let own = of.at(v as usize);
+    DVec3::from_array([0, 1, 2].map(|k| own.get(k).copied().unwrap_or(0.0)))
+}
+
 /// Adds the vertices' numbers to the buffer; returns their accessors by name.
 fn add_vertices(
     mesh: &TriMesh,
@@ -309,12 +329,22 @@ fn add_vertices(
     if let Some(colour) = attributes.vertex_role(Role::Colour).filter(|c| (3..=4).contains(&c.components)) {
         accessors["COLOR_0"] = json!(buffer.add_colours(colour, &split.original));
     }
-    if let Some(normal) = attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3) {
-        let of = |v: &u32| {
-            let own = normal.at(*v as usize);
-            [0, 1, 2].map(|k| own.get(k).map_or(0.0, |value| *value as f32))
-        };
+    if let Some(normal) = normals(attributes) {
+        let of = |v: &u32| vector(normal, *v).as_vec3().to_array();
         accessors["NORMAL"] = json!(buffer.add_floats(split.original.iter().map(of), false, target));
+    }
+    if let Some(normal) = tangent_normals(attributes) {
+        let found = tangents::tangents(&TexturedMesh {
+            positions: &split.original.iter().map(|v| mesh.vertices[*v as usize]).collect::<Vec<_>>(),
+            normals: &split
+                .original
+                .iter()
+                .map(|v| vector(normal, *v).normalize_or_zero())
+                .collect::<Vec<_>>(),
+            uv: &split.uv,
+            triangles: &split.triangles,
+        });
+        accessors["TANGENT"] = json!(buffer.add_floats(found.into_iter(), false, target));
     }
     if !split.uv.is_empty() {
         // In glTF, v points down.

@@ -10,7 +10,7 @@ use crate::grammar::counted;
 use crate::io::checks::excerpt;
 use crate::io::loaded::Loaded;
 use crate::io::references::{References, image_type};
-use crate::mesh::attributes::{Image, Materials};
+use crate::mesh::attributes::{CLAMP, Image, Materials};
 use crate::{Error, Result};
 
 /// Maximum number of bytes of all pictures together.
@@ -21,8 +21,6 @@ const MAX_LIBRARY_BYTES: u64 = 16 << 20;
 const MOST_LIBRARIES: usize = 64;
 /// Maximum number of pictures that are read.
 const MOST_IMAGES: usize = 4096;
-/// glTF's number for a texture that does not repeat.
-const CLAMP: u32 = 33071;
 
 /// A material as its library describes it.
 #[derive(Debug, Clone)]

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use serde_json::Value;
+use serde_json::{Value, json};
+
+/// Of a sampler: beyond the picture, its border goes on.
+pub(crate) const CLAMP: u32 = 33071;
 
 /// The materials that the face label `material` numbers, as glTF has them. [`crate::io::Reader::materials`]
 /// reads them, also from the libraries of OBJ files; of the formats written, GLB alone holds them.
@@ -32,6 +35,12 @@ impl Materials {
     /// The pictures, each once.
     pub fn images(&self) -> &[Image] {
         &self.images
+    }
+
+    /// The materials, textures and samplers as a JSON object with these three keys, as glTF has them.
+    pub fn to_json(&self) -> String {
+        let Self { materials, textures, samplers, .. } = self;
+        json!({ "materials": materials, "textures": textures, "samplers": samplers }).to_string()
     }
 
     /// How many materials some triangle has.

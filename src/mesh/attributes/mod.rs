@@ -5,12 +5,15 @@ mod charts;
 mod materials;
 mod seams;
 mod skin;
+mod textures;
 mod transfer;
 
+pub(crate) use materials::CLAMP;
 pub use materials::{Image, Materials};
 pub use seams::{label_boundaries, uv_seams};
 pub(crate) use skin::{Animation, Bone, Channel, Skeleton, Track};
 pub use skin::{Influences, Skin};
+pub use textures::{Alpha, Textures};
 pub use transfer::transfer;
 
 use std::path::PathBuf;

@@ -1,0 +1,200 @@
+"""Meshes with baked textures, as games and the web need them: `pip install rtfmesh[asset]`.
+
+    from rtfmesh import asset
+
+    made = asset.make("sculpt.glb", faces=20_000, texture=2048)
+    made.write("sculpt-20k.glb")
+
+The command `rtfmesh asset sculpt.glb sculpt-20k.glb --faces 20k --texture 2048` does the same.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _native
+from .._arrays import Faces, Vertices, mesh_arrays, short, truth
+from .._attributes import Attributes
+from .._errors import InputError
+from .._files import Mesh, path_of, read, write
+from .._objects import MeshLike, given_mesh
+from .._remesh import remesh
+from .._words import count
+from ._atlas import texels, unwrap
+from ._bake import Target, bake
+from ._source import Source
+
+__all__ = ["Asset", "make"]
+
+# Texels a side.
+SIDES = (16, 8192)
+# What remeshing has that a new look makes no sense of.
+OWN = ("keep_uv", "n_faces")
+
+
+@dataclass(frozen=True, eq=False)
+class Asset:
+    """A mesh with texture coordinates and one material, whose pictures show what the input looked like."""
+
+    vertices: Vertices
+    """Positions in the input's units, shape (N, 3)."""
+    faces: Faces
+    """Indices of vertices, shape (M, 3)."""
+    uv: NDArray[np.float64]
+    """Texture coordinates of the faces' corners, shape (M, 3, 2); v grows upwards."""
+    normals: NDArray[np.float64]
+    """Unit normals of the vertices, shape (N, 3), to which baked normals are relative."""
+    pictures: dict[str, bytes]
+    """PNG files by what they show: "colour", and where the input has it "surface" (roughness in green,
+    metalness in blue), "normal" and "emissive"."""
+    charts: int
+    """Parts that the surface is cut into."""
+    covered: float
+    """The share of the pictures' texels that triangles cover, 0 to 1."""
+    report: dict[str, Any]
+    """That of the remeshing, as in `Result`."""
+    notes: list[str] = field(default_factory=list)
+    """What of the input's look is not in the pictures."""
+    material: _native.Materials | None = field(default=None, repr=False)
+    """The pictures as a material, for `write`."""
+
+    def write(self, path: str | os.PathLike[str]) -> None:
+        """Writes a .glb file.
+
+        Raises `InputError` for another extension, `OutputError` where it cannot be written.
+        """
+        if path_of(path).suffix.lower() != ".glb":
+            raise InputError(f"'{os.fspath(path)}' is no .glb file, which alone holds pictures; name one")
+        attributes = Attributes(
+            vertex={"normal": self.normals},
+            face={"material": np.zeros(len(self.faces), np.uint32)},
+            uv=self.uv,
+            label_names={"material": ["baked"]},
+            materials=self.material,
+        )
+        write(path, self.vertices, self.faces, attributes=attributes)
+
+    def __repr__(self) -> str:
+        parts = f"{len(self.vertices)} vertices, {len(self.faces)} faces, {self.charts} charts"
+        return f"<rtfmesh.asset.Asset: {parts}, {', '.join(self.pictures)}>"
+
+
+def make(
+    mesh: MeshLike | str | os.PathLike[str],
+    faces: int | str = 20_000,
+    *,
+    texture: int = 2048,
+    normals: bool = True,
+    linear_colours: bool | None = None,
+    told: Callable[[str], None] | None = None,
+    **options: Any,
+) -> Asset:
+    """Remeshes a surface and bakes its look into pictures.
+
+    Parameters
+    ----------
+    mesh
+        The name of a file, which is read with its materials, or a mesh as in `remesh`.
+    faces
+        Number of triangles, also as "20k"; one fewer where the surface allows no such number.
+    texture
+        Texels along a side of the square pictures, 16 to 8192.
+    normals
+        Whether a picture of normals is made, which shows what is finer than the triangles.
+    linear_colours
+        Whether colours of vertices and faces are light, as glTF has them, and not sRGB; by default, if a file
+        ends in .glb or .gltf.
+    told
+        Called with what is being done: "remeshing", "cutting into charts", "baking".
+    **options
+        As in `remesh`: `wrap="1%"` for a closed surface around broken input, `fill_holes`, `device` ...
+
+    Returns
+    -------
+    An `Asset`. Its pictures are looked up on the input as it was given, whatever was repaired or wrapped.
+
+    Raises
+    ------
+    InputError
+        An argument, a file or one of its pictures cannot be used.
+    DeviceError
+        As in `remesh`.
+    """
+    wanted, side, with_normals = _count(faces), _side(texture), truth(normals, "normals")
+    unknown = next((name for name in OWN if name in options), None)
+    if unknown is not None:
+        raise InputError(f"`{unknown}` is not for assets; leave it out")
+    tell = told or (lambda _: None)
+    vertices, triangles, attributes, is_linear, notes = _given(mesh, linear_colours)
+    source = Source.of(vertices, triangles, attributes, is_linear)
+    tell("remeshing")
+    given: dict[str, Any] = {**options, "attributes": False, "correspondence": False, "n_faces": wanted}
+    result = remesh(vertices, triangles, **given)
+    tell("cutting into charts")
+    atlas = unwrap(result.vertices, result.faces, side)
+    tell("baking")
+    covered = texels(atlas.uv, side)
+    target = Target.of(result.vertices, result.faces, atlas.uv)
+    baked = bake(source, target, covered, with_normals)
+    pictures = baked.colour, baked.surface, baked.normal, baked.emissive
+    material = _native.Materials.textured(
+        pictures, (baked.metallic, baked.roughness), baked.alpha, baked.double_sided
+    )
+    names = "colour", "surface", "normal", "emissive"
+    return Asset(
+        result.vertices,
+        result.faces,
+        atlas.uv,
+        target.normals,
+        {name: picture for name, picture in zip(names, pictures, strict=True) if picture is not None},
+        atlas.charts,
+        len(covered.index) / side**2,
+        result.report,
+        [*notes, *source.notes],
+        material,
+    )
+
+
+def has_linear_colours(path: str | os.PathLike[str]) -> bool:
+    """Whether files with this extension have light as colours, and not sRGB."""
+    return Path(path).name.lower().removesuffix(".gz").endswith((".glb", ".gltf"))
+
+
+def _count(faces: Any) -> int:
+    """A number of triangles."""
+    try:
+        return count(faces)
+    except InputError as error:
+        raise InputError(str(error).replace("`n`", "`faces`")) from None
+
+
+def _side(texture: Any) -> int:
+    """Texels a side."""
+    if isinstance(texture, bool) or not isinstance(texture, (int, np.integer)):
+        raise InputError(f"`texture` is {short(texture)}; give a whole number of texels, such as 2048")
+    if not SIDES[0] <= texture <= SIDES[1]:
+        raise InputError(f"`texture` {texture} is out of range; use {SIDES[0]} to {SIDES[1]} texels")
+    return int(texture)
+
+
+def _given(mesh: Any, linear_colours: bool | None) -> tuple[Vertices, Faces, Attributes, bool, list[str]]:
+    """The arrays of a file or a mesh, its attributes, whether its colours are light, and notes."""
+    notes: list[str] = []
+    is_linear = False
+    if isinstance(mesh, (str, os.PathLike)):
+        is_linear = has_linear_colours(mesh)
+        mesh = read(mesh, materials=True)
+    if isinstance(mesh, Mesh):
+        notes = list(mesh.notes)
+    shape = given_mesh(mesh, None, None)
+    vertices, faces = mesh_arrays(shape.vertices, shape.faces)
+    if linear_colours is not None:
+        is_linear = truth(linear_colours, "linear_colours")
+    return vertices, faces, Attributes.of(shape.attributes), is_linear, notes
