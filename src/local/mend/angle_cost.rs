@@ -132,11 +132,17 @@ fn largest([a, b, c]: [DVec3; 3]) -> f64 {
 /// The largest and the smallest cosine of a triangle's angles from its sides, in order, and their squared
 /// lengths; 1 and -1 if it has no area.
 fn cosines([u, v, w]: [DVec3; 3], [x, y, z]: [f64; 3]) -> [f64; 2] {
-    let all = [-w.dot(u) / (z * x).sqrt(), -u.dot(v) / (x * y).sqrt(), -v.dot(w) / (y * z).sqrt()];
-    if all.iter().any(|cosine| !cosine.is_finite()) {
+    // The angle opposite to each side, with the product of the squared lengths of its own sides.
+    let opposite = [(x, -v.dot(w), y * z), (y, -w.dot(u), z * x), (z, -u.dot(v), x * y)];
+    let [p, q, r] = opposite;
+    // The smallest angle is opposite to the shortest side, and the largest one to the longest.
+    let shorter = |p: (f64, f64, f64), q: (f64, f64, f64)| if q.0 < p.0 { q } else { p };
+    let longer = |p: (f64, f64, f64), q: (f64, f64, f64)| if q.0 > p.0 { q } else { p };
+    let cosine = |(_, dot, squares): (f64, f64, f64)| dot / squares.sqrt();
+    let [high, low] = [cosine(shorter(shorter(p, q), r)), cosine(longer(longer(p, q), r))];
+    // Without a length there is no angle.
+    if !(high.is_finite() && low.is_finite()) || x * y * z == 0.0 {
         return [1.0, -1.0];
     }
-    let high = all.iter().copied().fold(-1.0, f64::max);
-    let low = all.iter().copied().fold(1.0, f64::min);
     [high.min(1.0), low.max(-1.0)]
 }
