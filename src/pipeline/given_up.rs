@@ -11,9 +11,14 @@ use crate::{ProgressToken, Result, TriMesh};
 
 /// Sharp edges that were given up matter if they are more than this fraction of the total length.
 const LEAST: f64 = 0.05;
-/// Sharp edges count as given up only if this many times the vertices would keep them: no number of vertices
-/// keeps the noise of scans. Where a search takes long, only the first is tried.
+/// Sharp edges count as given up only if this many times the vertices would keep them, or [`MOST_FOR_FEW`]:
+/// no number of vertices keeps the noise of scans. Where a search takes long, only the first is tried.
 const MOST_TIMES: [usize; 2] = [16, 64];
+/// Number of vertices that is tried however few are asked for.
+const MOST_FOR_FEW: usize = 50_000;
+/// The number of vertices that a warning names gives up at most this fraction if one below the largest that
+/// was tried does, since a run may give up a little more than was found here.
+const NAMED: f64 = 0.03;
 /// A search takes long on surfaces with more triangles.
 const FEW_TRIANGLES: usize = 100_000;
 /// Numbers of vertices are tried until two are as close as this, relative to each other.
@@ -68,8 +73,9 @@ impl Searched<'_> {
         }
         let enough = match self.enough(progress)? {
             Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
-            Enough::Unknown => "more".to_owned(),
-            Enough::Never => return Ok(None),
+            // Where nothing is kept, it may be the noise of a scan.
+            Enough::Unknown if found.sharp_length > 0.0 => "more".to_owned(),
+            Enough::Unknown | Enough::Never => return Ok(None),
         };
         let given_up = found.discarded.length();
         let [given_up, all] = [given_up, given_up + found.sharp_length].map(length_text);
@@ -97,16 +103,20 @@ impl Searched<'_> {
 
     /// How many vertices keep nearly all sharp edges, nearly the least number.
     fn enough(&self, progress: &ProgressToken) -> Result<Enough> {
-        let is_quick = self.surface.triangles.len() <= FEW_TRIANGLES;
-        let most = &MOST_TIMES[..if is_quick { 2 } else { 1 }];
+        let mut tried = vec![MOST_TIMES[0] * self.vertices];
+        if self.surface.triangles.len() <= FEW_TRIANGLES {
+            tried.push((MOST_TIMES[1] * self.vertices).max(MOST_FOR_FEW));
+        } else if progress.leave_out() {
+            return Ok(Enough::Unknown);
+        }
         let mut many = None;
-        for times in most {
-            if progress.leave_out() {
+        for vertices in tried {
+            if vertices > MOST_TIMES[0] * self.vertices && progress.leave_out() {
                 return Ok(Enough::Unknown);
             }
             progress.poll()?;
-            if self.keeps(times * self.vertices) {
-                many = Some(times * self.vertices);
+            if self.gives_up_at_most(LEAST, vertices) {
+                many = Some(vertices);
                 break;
             }
         }
@@ -118,7 +128,7 @@ impl Searched<'_> {
             if between >= many || between <= few {
                 break;
             }
-            if self.keeps(between) {
+            if self.gives_up_at_most(NAMED, between) {
                 many = between;
             } else {
                 few = between;
@@ -127,8 +137,8 @@ impl Searched<'_> {
         Ok(Enough::At(many))
     }
 
-    /// Whether a run with this many vertices would keep nearly all sharp edges.
-    fn keeps(&self, vertices: usize) -> bool {
+    /// Whether a run with this many vertices would give up at most this fraction of the sharp edges.
+    fn gives_up_at_most(&self, fraction: f64, vertices: usize) -> bool {
         let spacing = spacing(self.area, vertices);
         let options = FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(spacing) };
         let Ok(features) = find_features(self.surface, &options) else { return false };
@@ -139,7 +149,7 @@ impl Searched<'_> {
             SurfaceCurves::new(points, triangles, &features)
                 .is_none_or(|curves| enough(&curves, self.area, vertices) <= vertices)
         };
-        given_up <= LEAST * (given_up + sharp_length) && has_room()
+        given_up <= fraction * (given_up + sharp_length) && has_room()
     }
 }
 

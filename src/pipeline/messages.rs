@@ -112,7 +112,7 @@ pub(crate) fn warnings(of: &WarningInput, progress: &ProgressToken) -> Result<Ve
     list.extend(of.given_up.iter().cloned());
     // Where rounding spoils triangles, other vertices do not help.
     if of.rounding.and_then(Rounding::warning).is_none() {
-        list.extend(of.shapes.warnings(of.fault.is_some(), progress)?);
+        list.extend(of.shapes.warnings(progress)?);
     }
     let deviation = of.deviation.and_then(|deviation| deviation.warning(options.vertices));
     list.extend(deviation.map(warning(WarningCode::Deviation)));

@@ -61,14 +61,13 @@ pub(crate) struct Shapes<'a> {
 }
 
 impl Shapes<'_> {
-    /// All warnings; that of the distance only if the mesh is without a fault, which says more.
+    /// All warnings.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn warnings(&self, has_fault: bool, progress: &ProgressToken) -> Result<Vec<Warning>> {
-        let distance = if has_fault { None } else { self.distance_warning(progress)? };
+    pub fn warnings(&self, progress: &ProgressToken) -> Result<Vec<Warning>> {
         let list = [
-            (WarningCode::Distance, distance),
+            (WarningCode::Distance, self.distance_warning(progress)?),
             (WarningCode::Volume, self.volume_warning()),
             (WarningCode::SmallAngles, self.angle_warning()),
             (WarningCode::FoldedEdges, self.fold_warning()),

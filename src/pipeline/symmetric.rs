@@ -214,7 +214,7 @@ fn finish(
     let rounded = rounding.as_ref().and_then(Rounding::warning);
     let rounded = rounded.map(|text| Warning { code: WarningCode::Rounding, text });
     let of_shapes = match rounded {
-        None => shapes.warnings(fault.is_some(), progress)?,
+        None => shapes.warnings(progress)?,
         Some(_) => Vec::new(),
     };
     let mut warnings: Vec<Warning> = rounded.into_iter().chain(crossings).collect();

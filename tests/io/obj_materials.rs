@@ -93,6 +93,10 @@ fn what_cannot_be_read_is_noted() {
     let loaded = Reader::new().materials(true).read(place.path("in.obj")).unwrap();
     assert_eq!(loaded.attributes.materials, None);
     assert!(loaded.notes[0].starts_with("a material library was left out"), "{:?}", loaded.notes);
+    // However often it is named.
+    std::fs::write(place.path("often.obj"), "mtllib looks/some.mtl\n".repeat(9) + SQUARE).unwrap();
+    let often = Reader::new().materials(true).read(place.path("often.obj")).unwrap();
+    assert_eq!(often.notes, loaded.notes);
     // Nothing is looked for unless asked.
     assert_eq!(read(place.path("in.obj")).unwrap().notes, Vec::<String>::new());
 }

@@ -124,6 +124,9 @@ fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
     assert_eq!(summary.warning_codes, [WarningCode::SharpEdges]);
     let said = "sharp edges of length 200.0 (of 200.0 in total) were given up: 4,800 vertices keep them";
     assert_eq!(summary.warnings, [said]);
+    // However few vertices there are.
+    let few = run(&input, &Options::new(40)).summary;
+    assert!(few.warning_codes.contains(&WarningCode::SharpEdges), "{:?}", few.warnings);
     let kept = run(&input, &Options::new(4800)).summary;
     assert_eq!((kept.warning_codes, kept.features.unwrap().discarded.length()), (vec![], 0.0));
     let spacing = spacing_of(&input, 500).unwrap();

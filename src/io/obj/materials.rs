@@ -1,6 +1,6 @@
 //! Material libraries of OBJ files: colours and pictures as the materials of glTF, and where libraries are.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};
 
 use serde_json::{Value, json};
@@ -106,8 +106,11 @@ pub(crate) fn add_materials(references: &References, loaded: &mut Loaded) -> Res
     let Some(label) = loaded.attributes.face_named("material") else { return Ok(()) };
     let names = label.names.clone();
     let mut known = HashMap::new();
-    let libraries: Vec<&str> =
-        loaded.attributes.libraries.iter().flat_map(|line| library_names(line)).collect();
+    let mut libraries: Vec<&str> = Vec::new();
+    let mut named = HashSet::new();
+    let all = loaded.attributes.libraries.iter().flat_map(|line| library_names(line));
+    // Some programs name a library before each part.
+    libraries.extend(all.filter(|name| named.insert(*name)));
     for name in libraries.iter().take(MOST_LIBRARIES) {
         match references.read(name, MAX_LIBRARY_BYTES) {
             Ok(Some(bytes)) => read_library(&String::from_utf8_lossy(&bytes), folder_of(name), &mut known),
