@@ -15,7 +15,7 @@ import rtfmesh
 from rtfmesh import asset
 from rtfmesh.asset._frames import in_tangent_space, tangents, unit
 from rtfmesh.asset._pictures import Picture, png, to_linear, to_srgb
-from rtfmesh.asset._source import Source
+from rtfmesh.asset._source import Material, Source
 
 # Mean error of colours that a viewer is allowed to see, of 255.
 SEEN = 4.0
@@ -156,6 +156,60 @@ def test_broken_meshes_are_wrapped_and_keep_their_colours():
     assert np.abs(seen(made, "colour", uv) - shade(at)).mean() * 255.0 < 2.0 * SEEN
 
 
+def test_opacity_is_that_of_each_material():
+    vertices, faces = ball(300)
+    half = (vertices[faces].mean(axis=1)[:, 2] > 0).astype(np.uint32)
+    source = Source.of(vertices, faces, rtfmesh.Attributes(face={"material": half}), False)
+    source.of_face = half.astype(np.int64)
+    weights = np.full((len(faces), 3), 1.0 / 3.0)
+    for alpha, opacity, seen_as in [
+        ("opaque", 0.3, 1.0),
+        ("mask", 0.3, 0.0),
+        ("mask", 0.6, 1.0),
+        ("blend", 0.3, 0.3),
+    ]:
+        other = Material(np.array([1.0, 1.0, 1.0, 0.5], np.float32), alpha="blend")
+        own = Material(np.array([1.0, 1.0, 1.0, opacity], np.float32), alpha=alpha)
+        source.materials = [other, own]
+        look = source.look(np.arange(len(faces)), weights, np.ones(len(faces)))
+        assert np.allclose(look.colour[:, 3], np.where(half == 1, seen_as, 0.5)), alpha
+
+
+def test_pictures_of_all_kinds_are_decoded():
+    ramp = np.linspace(0, 65535, 64).reshape(8, 8)
+    made = {
+        "16 bits": Image.fromarray(ramp.astype(np.uint16)),
+        "grey": Image.fromarray((ramp / 257).astype(np.uint8)),
+        "palette": Image.fromarray((ramp / 257).astype(np.uint8)).convert("P"),
+    }
+    for name, image in made.items():
+        out = BytesIO()
+        image.save(out, "PNG")
+        found = Picture.decode(out.getvalue(), False).levels[0][..., 0]
+        assert np.abs(found - ramp / 257).max() <= 1.0, name
+    with pytest.raises(rtfmesh.InputError, match="a picture cannot be read"):
+        Picture.decode(b"no picture", False)
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e150])
+def test_any_unit_will_do(scale):
+    vertices, faces = rtfmesh.sample("torus")
+    made = asset.make((vertices * scale, faces), 2000, texture=64)
+    assert (len(made.faces), made.covered > 0.3) == (2000, True)
+
+
+@pytest.mark.parametrize(
+    ("colours", "largest"),
+    [(np.uint8, 255), (np.uint16, 65535), (np.int32, 255), (np.float32, 1), (np.float64, 255)],
+)
+def test_colours_of_all_types_are_baked(colours, largest):
+    vertices, faces = ball(400)
+    values = (shade(vertices) * largest).astype(colours)
+    made = asset.make((vertices, faces), 300, texture=64, attributes={"vertex": {"rgb": values}})
+    _, _, at, uv = places(made, 2000)
+    assert np.abs(seen(made, "colour", uv) - shade(at)).mean() * 255.0 < 3.0 * SEEN
+
+
 def test_light_and_srgb_are_inverse():
     values = np.linspace(0.0, 1.0, 256)
     assert np.allclose(to_srgb(to_linear(values)), values, atol=1e-6)
@@ -181,6 +235,8 @@ def test_places_of_points():
         ({"normals": 1}, "`normals` is 1; use True or False"),
         ({"keep_uv": True}, "`keep_uv` is not for assets"),
         ({"faces": "many"}, "`faces` is 'many'; give a whole number"),
+        ({"attributes": {"vertex": {"rgb": [[1, 2, 3]]}}}, "`attributes.vertex\\['rgb'\\]` has shape"),
+        ({"attributes": {"uv": [[[0.0, 0.0]]]}}, "`attributes.uv` has shape"),
     ],
 )
 def test_wrong_calls_are_told(keywords, says):
@@ -205,6 +261,9 @@ def test_the_command(tmp_path, folder):
         (["torus.ply", "out.obj"], 2, "error: 'out.obj' is no .glb file"),
         (["torus.ply", "out.glb", "--texture", "5"], 2, "error: --texture 5 is out of range"),
         (["torus.ply", "out.glb", "--faces", "many"], 2, "error: "),
+        (["torus.ply", "out.glb", "--faces", "1"], 2, "error: --faces 1 is out of range"),
+        (["torus.ply", "nowhere/out.glb"], 1, "error: nowhere/out.glb: there is no such folder"),
+        (["torus.ply", "out.glb", "--report", "nowhere/r.json"], 1, "there is no such folder"),
     ],
 )
 def test_wrong_commands_are_told(words, code, says, folder):

@@ -28,7 +28,8 @@ pub struct PointsToLocate<'a> {
 /// faces away is nearer by more than the margin.
 ///
 /// # Errors
-/// [`Error::Input`]: a mesh without triangles, or a coordinate that is not finite; [`Error::Cancelled`].
+/// [`Error::Input`]: a mesh without triangles, a coordinate that is not finite, or a point too far away for
+/// the distance to be a number; [`Error::Cancelled`].
 /// Panics unless there are as many normals as points, or none.
 pub fn locate(
     mesh: &TriMesh,
@@ -40,10 +41,11 @@ pub fn locate(
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no triangles", "give one with triangles"));
     }
-    if let Some(at) = points.iter().position(|p| !p.is_finite()) {
-        return Err(Error::input(None, format!("point {at} is not finite"), "leave it out"));
-    }
     let frame = UnitFrame::of(mesh)?;
+    // Far from a small mesh, lengths overflow.
+    if let Some(at) = points.iter().position(|p| !frame.to_unit(*p).length_squared().is_finite()) {
+        return Err(Error::input(None, format!("point {at} is too far away"), "leave it out"));
+    }
     let unit = TriMesh {
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
@@ -98,6 +100,9 @@ mod tests {
             assert_eq!(triangles(place(&[-DVec3::Z; 2], margin)), expected, "{margin}");
         }
         let found = place(&[], 0.0);
+        let far = PointsToLocate { points: &[1e308 * DVec3::ONE], normals: &[], margin: 0.0 };
+        let refused = locate(&mesh, &far, &ProgressToken::default()).unwrap_err();
+        assert!(refused.to_string().contains("point 0 is too far away"), "{refused}");
         assert!(found[0].position(&mesh).distance(DVec3::new(0.6, 0.2, 0.0)) < 1e-12);
     }
 }

@@ -11,7 +11,7 @@ The command `rtfmesh asset sculpt.glb sculpt-20k.glb --faces 20k --texture 2048`
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from .. import _native
 from .._arrays import Faces, Vertices, mesh_arrays, short, truth
-from .._attributes import Attributes
+from .._attributes import Attributes, rows
+from .._attributes import texture as uv_array
 from .._errors import InputError
 from .._files import Mesh, path_of, read, write
 from .._objects import MeshLike, given_mesh
@@ -36,7 +37,11 @@ __all__ = ["Asset", "make"]
 # Texels a side.
 SIDES = (16, 8192)
 # What remeshing has that a new look makes no sense of.
-OWN = ("keep_uv", "n_faces")
+OWN = ("keep_uv", "n_faces", "correspondence", "cells")
+
+
+class SourceError(InputError):
+    """An input that has no look to bake."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +97,7 @@ def make(
     *,
     texture: int = 2048,
     normals: bool = True,
+    attributes: Attributes | Mapping[str, Any] | None = None,
     linear_colours: bool | None = None,
     told: Callable[[str], None] | None = None,
     **options: Any,
@@ -107,7 +113,10 @@ def make(
     texture
         Texels along a side of the square pictures, 16 to 8192.
     normals
-        Whether a picture of normals is made, which shows what is finer than the triangles.
+        Whether a picture of normals is made, which shows what is finer than the triangles. Without it, sharp
+        edges are shaded as if they were smooth.
+    attributes
+        Colours, texture coordinates and materials in place of those of the mesh, as in `remesh`.
     linear_colours
         Whether colours of vertices and faces are light, as glTF has them, and not sRGB; by default, if a file
         ends in .glb or .gltf.
@@ -132,16 +141,25 @@ def make(
     if unknown is not None:
         raise InputError(f"`{unknown}` is not for assets; leave it out")
     tell = told or (lambda _: None)
-    vertices, triangles, attributes, is_linear, notes = _given(mesh, linear_colours)
-    source = Source.of(vertices, triangles, attributes, is_linear)
+    input = _Input.of(mesh, attributes, linear_colours)
+    # In units in which nothing is too small or too large.
+    low, high = input.vertices.min(axis=0), input.vertices.max(axis=0)
+    scale = float((high / 2 - low / 2).max()) or 1.0
+
+    def in_units(at: Vertices) -> Vertices:
+        units: Vertices = (at / 2 - low / 2) / scale
+        return units
+
+    source = Source.of(in_units(input.vertices), input.faces, input.attributes, input.is_linear)
     tell("remeshing")
     given: dict[str, Any] = {**options, "attributes": False, "correspondence": False, "n_faces": wanted}
-    result = remesh(vertices, triangles, **given)
+    result = remesh(input.vertices, input.faces, **given)
+    at = in_units(result.vertices)
     tell("cutting into charts")
-    atlas = unwrap(result.vertices, result.faces, side)
+    atlas = unwrap(at, result.faces, side)
     tell("baking")
     covered = texels(atlas.uv, side)
-    target = Target.of(result.vertices, result.faces, atlas.uv)
+    target = Target.of(at, result.faces, atlas.uv)
     baked = bake(source, target, covered, with_normals)
     pictures = baked.colour, baked.surface, baked.normal, baked.emissive
     material = _native.Materials.textured(
@@ -157,7 +175,7 @@ def make(
         atlas.charts,
         len(covered.index) / side**2,
         result.report,
-        [*notes, *source.notes],
+        [*input.notes, *source.notes],
         material,
     )
 
@@ -184,17 +202,45 @@ def _side(texture: Any) -> int:
     return int(texture)
 
 
-def _given(mesh: Any, linear_colours: bool | None) -> tuple[Vertices, Faces, Attributes, bool, list[str]]:
-    """The arrays of a file or a mesh, its attributes, whether its colours are light, and notes."""
-    notes: list[str] = []
-    is_linear = False
-    if isinstance(mesh, (str, os.PathLike)):
-        is_linear = has_linear_colours(mesh)
-        mesh = read(mesh, materials=True)
-    if isinstance(mesh, Mesh):
-        notes = list(mesh.notes)
-    shape = given_mesh(mesh, None, None)
-    vertices, faces = mesh_arrays(shape.vertices, shape.faces)
-    if linear_colours is not None:
-        is_linear = truth(linear_colours, "linear_colours")
-    return vertices, faces, Attributes.of(shape.attributes), is_linear, notes
+@dataclass
+class _Input:
+    """A surface as it was given."""
+
+    vertices: Vertices
+    faces: Faces
+    attributes: Attributes
+    is_linear: bool
+    """Whether its colours are light."""
+    notes: list[str]
+
+    @classmethod
+    def of(cls, mesh: Any, attributes: Any, linear_colours: bool | None) -> _Input:
+        """Of a file or a mesh."""
+        notes: list[str] = []
+        is_linear = False
+        if isinstance(mesh, (str, os.PathLike)):
+            is_linear = has_linear_colours(mesh)
+            mesh = read(mesh, materials=True)
+        if isinstance(mesh, Mesh):
+            notes = list(mesh.notes)
+        if getattr(getattr(mesh, "visual", None), "kind", None) == "texture":
+            notes.append("the texture of a trimesh mesh is left out; give the name of its file")
+        shape = given_mesh(mesh, None, attributes)
+        vertices, faces = mesh_arrays(shape.vertices, shape.faces)
+        if len(faces) == 0 or not np.isfinite(vertices).all():
+            raise SourceError("the mesh has no faces, or coordinates that are not finite; give a surface")
+        if linear_colours is not None:
+            is_linear = truth(linear_colours, "linear_colours")
+        return cls(vertices, faces, _checked(shape.attributes, vertices, faces), is_linear, notes)
+
+
+def _checked(given: Attributes, vertices: Vertices, faces: Faces) -> Attributes:
+    """Attributes as arrays with a row for each vertex or face."""
+    uv, _ = uv_array(given.uv, len(faces))
+    return Attributes(
+        {name: rows(value, name, len(vertices), "vertex") for name, value in given.vertex.items()},
+        {name: rows(value, name, len(faces), "face") for name, value in given.face.items()},
+        uv,
+        given.label_names,
+        given.materials,
+    )

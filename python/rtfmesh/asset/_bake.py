@@ -15,7 +15,7 @@ from ._pictures import Floats, beside, painted, png, to_srgb
 from ._source import Look, Source
 
 # Texels that are baked in one go.
-CHUNK = 1 << 21
+CHUNK = 1 << 22
 # A triangle of the source that faces the other way counts only if it is nearer by this share of an edge.
 OTHER_SIDE = 0.5
 # If a larger share of the source faces the other way, its triangles have no common side.

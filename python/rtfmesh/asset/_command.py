@@ -10,17 +10,17 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from .._errors import Cancelled, DeviceError, Error, InputError, MeshWarning
+from .._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutputError
 from .._files import Mesh, read
-from . import SIDES, Asset, has_linear_colours, make
+from . import SIDES, Asset, SourceError, has_linear_colours, make
 
 
 class UnreadError(InputError):
     """An input file that cannot be read."""
 
 
-# As the other commands have them; of two that fit, the first.
-EXIT_CODES = {UnreadError: 3, InputError: 2, DeviceError: 4, Cancelled: 130}
+# As the other commands have them; of two that fit, the first. All others are 1.
+EXIT_CODES = {UnreadError: 3, SourceError: 3, InputError: 2, DeviceError: 4, Cancelled: 130}
 
 
 def parser() -> argparse.ArgumentParser:
@@ -58,7 +58,8 @@ def main(arguments: list[str]) -> int:
             warnings.showwarning = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
             return run(given, say)
     except Error as error:
-        print(f"error: {error}", file=sys.stderr)
+        # What options are called here.
+        print(f"error: {str(error).replace('`n_faces`', '--faces')}", file=sys.stderr)
         return next((code for kind, code in EXIT_CODES.items() if isinstance(error, kind)), 1)
 
 
@@ -79,6 +80,9 @@ def run(given: argparse.Namespace, say: Teller) -> int:
         raise InputError(f"'{given.output}' is no .glb file, which alone holds pictures; name one")
     if not SIDES[0] <= given.texture <= SIDES[1]:
         raise InputError(f"--texture {given.texture} is out of range; use {SIDES[0]} to {SIDES[1]} texels")
+    for path in filter(None, (given.output, given.report)):
+        if not Path(path).parent.is_dir():
+            raise OutputError(f"{path}: there is no such folder; make it first")
     start = time.monotonic()
     names = ("wrap", "fill_holes", "weld", "feature_angle", "quality", "device")
     options = {name: value for name in names if (value := getattr(given, name)) is not None}
@@ -95,7 +99,7 @@ def run(given: argparse.Namespace, say: Teller) -> int:
         say(f"note: {note}")
     made.write(given.output)
     if given.report:
-        Path(given.report).write_text(json.dumps(summary(made), indent=2) + "\n", encoding="utf-8")
+        write_report(given.report, made)
     say(
         f"{given.output}: {len(made.faces)} triangles in {made.charts} charts, "
         f"{', '.join(made.pictures)} of {given.texture} x {given.texture} texels, "
@@ -110,6 +114,14 @@ def opened(path: str) -> Mesh:
         return read(path, materials=True)
     except InputError as error:
         raise UnreadError(str(error)) from None
+
+
+def write_report(path: str, made: Asset) -> None:
+    """Writes what a report has as JSON."""
+    try:
+        Path(path).write_text(json.dumps(summary(made), indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise OutputError(f"{path}: {error.strerror}; the mesh was written, and its report was not") from None
 
 
 def summary(made: Asset) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from io import BytesIO
 
@@ -13,8 +14,8 @@ from .._errors import InputError
 
 Floats = NDArray[np.float32]
 
-# Pictures with more pixels are refused.
-MOST_PIXELS = 1 << 28
+# Pictures with more pixels are refused, as Pillow does.
+MOST_PIXELS = 2 * (Image.MAX_IMAGE_PIXELS or 1 << 27)
 # Texels around charts that get the value of the nearest one; farther ones are mixed.
 RINGS = 2
 
@@ -49,11 +50,14 @@ class Picture:
     def decode(cls, data: bytes, is_colour: bool) -> Picture:
         """Of the bytes of a PNG or JPEG."""
         try:
-            with Image.open(BytesIO(data)) as image:
-                if image.width * image.height > MOST_PIXELS:
-                    raise InputError(f"a picture has {image.width} x {image.height} pixels; make it smaller")
-                own = np.asarray(image.convert("RGBA"))
-        except (UnidentifiedImageError, OSError, SyntaxError, Image.DecompressionBombError) as error:
+            # Pillow's own limit is a global one, and told in its own words.
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+                with Image.open(BytesIO(data)) as image:
+                    own = _pixels(image)
+        except Image.DecompressionBombError:
+            raise InputError(f"a picture has more than {MOST_PIXELS:,} pixels; make it smaller") from None
+        except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
             raise InputError(f"a picture cannot be read ({error}); save it again as PNG") from None
         levels = [own]
         while min(levels[-1].shape[:2]) > 1:
@@ -89,6 +93,14 @@ class Picture:
         below = value(1, 0) * (1 - across) + value(1, 1) * across
         mixed: Floats = above * (1 - down) + below * down
         return mixed
+
+
+def _pixels(image: Image.Image) -> NDArray[np.uint8]:
+    """Red, green, blue and opacity; grey values of 16 bits, which Pillow would cut off, are scaled."""
+    if image.mode.startswith("I"):
+        grey = np.asarray(image).astype(np.int64).clip(0, 65535) / 257.0
+        image = Image.fromarray(np.round(grey).astype(np.uint8))
+    return np.asarray(image.convert("RGBA"))
 
 
 def _decoded(pixels: NDArray[np.uint8], is_colour: bool) -> Floats:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._arrays import Faces, Vertices
-from .._attributes import COLOURS, NORMALS, Attributes
+from .._attributes import NORMALS, Attributes, role
 from ._frames import Vectors, corner_normals, face_normals, gradients, unit
 from ._pictures import Floats, Picture, to_linear
 
@@ -92,14 +92,15 @@ class Source:
     def of(cls, vertices: Vertices, faces: Faces, attributes: Attributes, is_linear: bool) -> Source:
         """Of a mesh; `is_linear` tells whether the colours of its vertices are light, as in glTF."""
         notes: list[str] = []
-        found = _materials(attributes, notes)
+        # What has no material is no metal, though glTF says so.
+        default = Material(metallic=0.0)
+        found = _materials(attributes, default, notes)
         label = attributes.face.get("material")
         if found and label is not None:
             # The number after that of the last stands for none.
             of_face = np.minimum(np.asarray(label).ravel().astype(np.int64), len(found))
         else:
             of_face = np.full(len(faces), len(found), dtype=np.int64)
-        default = Material(metallic=1.0 if is_linear else 0.0)
         normals = _array(attributes.vertex, NORMALS, (3,))
         return cls(
             vertices,
@@ -133,6 +134,12 @@ class Source:
             look.colour *= _mixed(self.colours[self.faces[face]], weights)
         if self.face_colours is not None:
             look.colour *= self.face_colours[face]
+        for number, material in enumerate(self.materials):
+            if material.alpha == "blend":
+                continue
+            own = self.of_face[face] == number
+            is_seen = material.alpha == "opaque" or look.colour[own, 3] >= material.cutoff
+            look.colour[own, 3] = np.where(is_seen, 1.0, 0.0)
         return look
 
     def _paint(
@@ -211,19 +218,27 @@ def _array(arrays: dict[str, NDArray[Any]], names: set[str], columns: tuple[int,
 
 def _colours(arrays: dict[str, NDArray[Any]], is_linear: bool) -> Floats | None:
     """Colours as light and opacity, (N, 4)."""
-    found = _array(arrays, COLOURS, (3, 4))
+    found = next((array for name, array in arrays.items() if _is_colour(name, array)), None)
     if found is None:
         return None
-    scale = np.iinfo(found.dtype).max if found.dtype.kind == "u" else 1.0
+    # Integers of 16 bits go up to 65535, others are bytes in a wider type, as are floats beyond 1.
+    largest = 65535.0 if found.dtype == np.uint16 else 255.0
+    is_float = found.dtype.kind == "f"
+    if is_float and not (len(found) and found.max() > 1.0):
+        largest = 1.0
     shades = np.ones((len(found), 4), dtype=np.float32)
-    shades[:, : found.shape[1]] = np.clip(found / scale, 0.0, 1.0)
+    shades[:, : found.shape[1]] = np.clip(found / largest, 0.0, 1.0)
     if not is_linear:
         shades[:, :3] = to_linear(shades[:, :3])
     return shades
 
 
-def _materials(attributes: Attributes, notes: list[str]) -> list[Material]:
-    """The materials that `read` found."""
+def _is_colour(name: str, array: NDArray[Any]) -> bool:
+    return array.ndim == 2 and role(name, array.shape[1], array.dtype) == "colour"
+
+
+def _materials(attributes: Attributes, default: Material, notes: list[str]) -> list[Material]:
+    """The materials that `read` found, with a default for those that could not be read."""
     described = attributes.materials.json() if attributes.materials is not None else None
     if described is None or attributes.materials is None:
         return []
@@ -249,7 +264,7 @@ def _materials(attributes: Attributes, notes: list[str]) -> list[Material]:
 
     def material(own: dict[str, Any] | None) -> Material:
         if own is None:
-            return Material()
+            return default
         surface, normal = own.get("pbrMetallicRoughness", {}), own.get("normalTexture")
         left_out.update(name for name in LEFT_OUT if name in own)
         left_out.update(own.get("extensions", {}))

@@ -23,8 +23,8 @@ pub(super) fn needs_tangents(materials: &Materials) -> bool {
     materials.materials.iter().any(|material| material.get("normalTexture").is_some_and(Value::is_object))
 }
 
-/// For each vertex the unit direction in which u grows, and 1 or -1 for the side of the third axis, as
-/// MikkTSpace has them: the mean of the triangles around by their angles, in the plane of the normal.
+/// For each vertex the unit direction in which u grows, and 1 or -1 for the side of the third axis: like
+/// MikkTSpace, the mean of the triangles around by their angles, in the plane of the normal.
 pub(super) fn tangents(mesh: &TexturedMesh) -> Vec<[f32; 4]> {
     let mut sums = vec![DVec3::ZERO; mesh.positions.len()];
     let mut sides = vec![0.0; mesh.positions.len()];
