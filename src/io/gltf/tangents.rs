@@ -34,9 +34,9 @@ pub(super) fn tangents(mesh: &TexturedMesh) -> Vec<[f32; 4]> {
         let (along, up) = gradients(corners, [b - a, c - a]);
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let side = if along.cross(up).dot(normal) < 0.0 { -1.0 } else { 1.0 };
-        for k in 0..3 {
+        for (k, v) in triangle.iter().enumerate() {
             let [p, q, r] = [k, k + 1, k + 2].map(|k| corners[k % 3]);
-            let v = triangle[k] as usize;
+            let v = *v as usize;
             let angle = (q - p).angle_between(r - p);
             if angle.is_finite() {
                 sums[v] += angle * in_plane(along, mesh.normals[v]);
