@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +16,9 @@ from ._frames import Vectors, face_normals, in_tangent_space, tangents, unit, ve
 from ._pictures import Floats, beside, painted, png, to_srgb
 from ._source import Look, Source
 
-# Texels that are baked in one go.
+# Texels whose places are found in one go, and those that a thread paints in one go.
 CHUNK = 1 << 22
+PIECE = 1 << 17
 # A triangle of the source that faces the other way counts only if it is nearer by this share of an edge.
 OTHER_SIDE = 0.5
 # If a larger share of the source faces the other way, its triangles have no common side.
@@ -129,13 +132,9 @@ def _look(finder: _Finder, texels: Texels, with_normals: bool) -> tuple[Look, Ve
         np.empty((0, 3)),
     )
     bent = np.empty((count if with_normals else 0, 3))
-    for begin in range(0, count, CHUNK):
-        part = slice(begin, begin + CHUNK)
+
+    def paint(part: slice, normal: Vectors, under: NDArray[np.integer], places: Vectors) -> None:
         face, weights = texels.face[part], texels.weights[part, :, None]
-        corners = target.faces[face]
-        at = (target.vertices[corners] * weights).sum(axis=1)
-        normal = unit((target.normals[corners] * weights).sum(axis=1))
-        under, places = finder.places(at, normal)
         look = finder.source.look(under, places, size[face])
         whole.colour[part], whole.surface[part] = look.colour, look.surface
         whole.emissive[part] = look.emissive
@@ -147,6 +146,27 @@ def _look(finder: _Finder, texels: Texels, with_normals: bool) -> tuple[Look, Ve
             found = in_tangent_space(own, normal, along, side[face])
             found[:, 2] = np.maximum(found[:, 2], LEAST_UP)
             bent[part] = unit(found)
+
+    # Each has rows of its own, so that the number of threads changes nothing.
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for begin in range(0, count, CHUNK):
+            chunk = slice(begin, begin + CHUNK)
+            corners, weights = target.faces[texels.face[chunk]], texels.weights[chunk, :, None]
+            at = (target.vertices[corners] * weights).sum(axis=1)
+            normal = unit((target.normals[corners] * weights).sum(axis=1))
+            under, places = finder.places(at, normal)
+            work = [
+                pool.submit(
+                    paint,
+                    slice(begin + first, begin + first + len(normal[first : first + PIECE])),
+                    normal[first : first + PIECE],
+                    under[first : first + PIECE],
+                    places[first : first + PIECE],
+                )
+                for first in range(0, len(at), PIECE)
+            ]
+            for one in work:
+                one.result()
     return whole, bent
 
 

@@ -192,12 +192,14 @@ class Source:
     ) -> NDArray[np.int64]:
         """How often pictures are halved so that a pixel is as large as a detail, rounded down."""
         assert self.uv is not None
-        uv = self.uv[face]
+        # Most faces have many texels.
+        own, of_texel = np.unique(face, return_inverse=True)
+        uv = self.uv[own]
         first, second = (uv[:, 1:] - uv[:, :1]).transpose(1, 0, 2) @ texture.matrix[:, :2].T
         width, height = texture.picture.shape()
         pixels = np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) * width * height
-        area = np.linalg.norm(face_normals(self.vertices, self.faces[face]), axis=1)
-        ratio = np.divide(pixels, area, out=np.zeros_like(area), where=area > 0)
+        area = np.linalg.norm(face_normals(self.vertices, self.faces[own]), axis=1)
+        ratio = np.divide(pixels, area, out=np.zeros_like(area), where=area > 0)[of_texel]
         levels: NDArray[np.int64] = np.floor(np.log2(np.maximum(np.sqrt(ratio) * size, 1.0))).astype(np.int64)
         return levels
 
