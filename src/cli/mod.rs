@@ -108,7 +108,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let args = with_command(args.into_iter().collect());
     if args.get(1).is_some_and(|first| first == ASSET) {
         return tell_outcome(Err(Error::usage(
-            format!("`{ASSET}` is a command of the Python package"),
+            format!("{ASSET} is a command of the Python package"),
             "install that: pip install 'rtfmesh[asset]'",
         )
         .into()));
