@@ -254,6 +254,11 @@ def test_the_command(tmp_path, folder):
     assert len(rtfmesh.read(tmp_path / "torus.glb").faces) == 500
 
 
+def test_names_of_files_do_not_control_the_terminal(folder):
+    done = program("asset", "torus.ply", "red\x1b[31m.glb", "--faces", "500", "--texture", "64", cwd=folder)
+    assert done.returncode == 0 and "\x1b" not in done.stderr and "red\\x1b[31m.glb" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "code", "says"),
     [

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ OWN = ("keep_uv", "n_faces", "correspondence", "cells")
 
 
 class SourceError(InputError):
-    """An input that has no look to bake."""
+    """An input that cannot be read, or has no surface to bake."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,9 +65,9 @@ class Asset:
     """The share of the pictures' texels that triangles cover, 0 to 1."""
     report: dict[str, Any]
     """That of the remeshing, as in `Result`."""
-    notes: list[str] = field(default_factory=list)
+    notes: list[str]
     """What of the input's look is not in the pictures."""
-    material: _native.Materials | None = field(default=None, repr=False)
+    material: _native.Materials
     """The pictures as a material, for `write`."""
 
     def write(self, path: str | os.PathLike[str]) -> None:

@@ -14,13 +14,8 @@ from .._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, Ou
 from .._files import Mesh, read
 from . import SIDES, Asset, SourceError, has_linear_colours, make
 
-
-class UnreadError(InputError):
-    """An input file that cannot be read."""
-
-
 # As the other commands have them; of two that fit, the first. All others are 1.
-EXIT_CODES = {UnreadError: 3, SourceError: 3, InputError: 2, DeviceError: 4, Cancelled: 130}
+EXIT_CODES = {SourceError: 3, InputError: 2, DeviceError: 4, Cancelled: 130}
 
 
 def parser() -> argparse.ArgumentParser:
@@ -55,12 +50,18 @@ def main(arguments: list[str]) -> int:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("always", MeshWarning)
-            warnings.showwarning = lambda message, *_, **__: print(f"warning: {message}", file=sys.stderr)
+            warnings.showwarning = lambda message, *_, **__: tell(f"warning: {message}")
             return run(given, say)
     except Error as error:
         # What options are called here.
-        print(f"error: {str(error).replace('`n_faces`', '--faces')}", file=sys.stderr)
+        tell(f"error: {str(error).replace('`n_faces`', '--faces')}")
         return next((code for kind, code in EXIT_CODES.items() if isinstance(error, kind)), 1)
+
+
+def tell(text: str) -> None:
+    """Says something on standard error, without what would control a terminal, as names of files may."""
+    plain = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    print(plain, file=sys.stderr, flush=True)
 
 
 class Teller:
@@ -71,7 +72,7 @@ class Teller:
 
     def __call__(self, text: str) -> None:
         if not self.is_quiet:
-            print(text, file=sys.stderr, flush=True)
+            tell(text)
 
 
 def run(given: argparse.Namespace, say: Teller) -> int:
@@ -113,7 +114,7 @@ def opened(path: str) -> Mesh:
     try:
         return read(path, materials=True)
     except InputError as error:
-        raise UnreadError(str(error)) from None
+        raise SourceError(str(error)) from None
 
 
 def write_report(path: str, made: Asset) -> None:

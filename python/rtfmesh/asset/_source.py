@@ -101,7 +101,7 @@ class Source:
             of_face = np.minimum(np.asarray(label).ravel().astype(np.int64), len(found))
         else:
             of_face = np.full(len(faces), len(found), dtype=np.int64)
-        normals = _array(attributes.vertex, NORMALS, (3,))
+        normals = _normals(attributes.vertex)
         return cls(
             vertices,
             faces,
@@ -120,24 +120,26 @@ class Source:
 
     def look(self, face: NDArray[np.integer], weights: Vectors, size: NDArray[np.float64]) -> Look:
         """The look at places of faces, weights of corners (N, 3), where details below `size` are mixed."""
-        count = len(face)
+        count, of_face = len(face), self.of_face[face]
+        numbers = np.unique(of_face)
         look = Look(
             np.ones((count, 4), np.float32),
             np.ones((count, 2), np.float32),
             np.zeros((count, 3), np.float32),
             unit(_mixed(self.normals[face], weights)),
         )
-        for number in np.unique(self.of_face[face]):
-            chosen = np.flatnonzero(self.of_face[face] == number)
+        for number in numbers:
+            chosen = np.flatnonzero(of_face == number)
             self._paint(look, self.materials[number], chosen, face[chosen], weights[chosen], size[chosen])
         if self.colours is not None:
             look.colour *= _mixed(self.colours[self.faces[face]], weights)
         if self.face_colours is not None:
             look.colour *= self.face_colours[face]
-        for number, material in enumerate(self.materials):
+        for number in numbers:
+            material = self.materials[number]
             if material.alpha == "blend":
                 continue
-            own = self.of_face[face] == number
+            own = of_face == number
             is_seen = material.alpha == "opaque" or look.colour[own, 3] >= material.cutoff
             look.colour[own, 3] = np.where(is_seen, 1.0, 0.0)
         return look
@@ -210,12 +212,10 @@ def _mixed(values: NDArray[Any], weights: Vectors) -> NDArray[Any]:
     return mixed
 
 
-def _array(arrays: dict[str, NDArray[Any]], names: set[str], columns: tuple[int, ...]) -> NDArray[Any] | None:
-    """The first array with one of these names and numbers of columns."""
-    for name, array in arrays.items():
-        if name.lower() in names and array.ndim == 2 and array.shape[1] in columns:
-            return array
-    return None
+def _normals(arrays: dict[str, NDArray[Any]]) -> NDArray[Any] | None:
+    """The normals among arrays of the vertices, (V, 3)."""
+    found = (array for name, array in arrays.items() if name.lower() in NORMALS and array.ndim == 2)
+    return next((array for array in found if array.shape[1] == 3), None)
 
 
 def _colours(arrays: dict[str, NDArray[Any]], is_linear: bool) -> Floats | None:
