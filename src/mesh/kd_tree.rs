@@ -1,4 +1,4 @@
-//! k-d tree over points: the nearest one, and all within a distance.
+//! k-d tree over points: the nearest one, and all within a distance of a point or a segment.
 
 use glam::DVec3;
 
@@ -59,6 +59,44 @@ impl<'a> KdTree<'a> {
         fits
     }
 
+    /// Puts the points within `radius` of a segment into `found`, in a fixed order.
+    pub fn along(&self, segment: [DVec3; 2], radius: f64, found: &mut Vec<u32>) {
+        found.clear();
+        self.add_along((&self.order, &self.planes), &Tube { segment, radius }, [0.0, 1.0], found);
+    }
+
+    /// Adds the points below a node. Outside of this range of it, from 0 to 1, the tube's segment is too far
+    /// from the node's cell.
+    fn add_along(
+        &self,
+        (order, planes): (&[u32], &[Plane]),
+        tube: &Tube,
+        [from, to]: [f64; 2],
+        found: &mut Vec<u32>,
+    ) {
+        let Some(((axis, plane), below)) = planes.split_first().filter(|_| order.len() > LEAF) else {
+            found.extend(order.iter().filter(|i| tube.contains(self.points[**i as usize])));
+            return;
+        };
+        let (left, right) = order.split_at(order.len() / 2);
+        let (in_left, in_right) = below.split_at(below.len() / 2);
+        let [a, b] = tube.segment.map(|end| end[*axis] - plane);
+        // Where the segment is within the radius of either side.
+        let sides = [(left, in_left, [tube.radius - a, a - b]), (right, in_right, [a + tube.radius, b - a])];
+        for (order, planes, [room, slope]) in sides {
+            // `room + slope * t` is not negative for these `t`.
+            let range = match -room / slope {
+                _ if slope == 0.0 && room >= 0.0 => [from, to],
+                root if slope > 0.0 => [from.max(root), to],
+                root if slope < 0.0 => [from, to.min(root)],
+                _ => continue,
+            };
+            if range[0] <= range[1] {
+                self.add_along((order, planes), tube, range, found);
+            }
+        }
+    }
+
     /// Puts the `count` nearest points to `p` into `found`, or all if there are fewer, with their squared
     /// distances, nearest first; of equally near ones the first come first.
     pub fn nearest_few(&self, p: DVec3, count: usize, found: &mut Vec<(f64, u32)>) {
@@ -105,6 +143,23 @@ impl<'a> KdTree<'a> {
             limit = self.search(sides[1 - near].0, sides[1 - near].1, p, visit);
         }
         limit
+    }
+}
+
+/// All places within a radius of a segment.
+struct Tube {
+    segment: [DVec3; 2],
+    radius: f64,
+}
+
+impl Tube {
+    fn contains(&self, p: DVec3) -> bool {
+        let [a, b] = self.segment;
+        let direction = b - a;
+        let share = ((p - a).dot(direction) / direction.length_squared()).clamp(0.0, 1.0);
+        // A segment without a length has no share.
+        let nearest = if share.is_nan() { a } else { a + direction * share };
+        p.distance_squared(nearest) <= self.radius * self.radius
     }
 }
 
@@ -160,6 +215,13 @@ mod tests {
                 let want: Vec<u32> = (0..count).filter(|i| far(i) <= 4.0).map(|i| i as u32).collect();
                 assert_eq!(found, want);
                 assert!(want.is_empty() || !tree.within(p, 2.0, want.len() - 1, &mut found));
+                // Parallel to axes and without a length, too.
+                let segment = [p, point() + 0.25];
+                let tube = Tube { segment, radius: 0.8 };
+                tree.along(segment, 0.8, &mut found);
+                found.sort_unstable();
+                let near = (0..count).filter(|i| tube.contains(points[*i]));
+                assert_eq!(found, near.map(|i| i as u32).collect::<Vec<_>>());
             }
         }
     }

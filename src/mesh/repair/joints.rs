@@ -67,7 +67,7 @@ fn vertices_on(
     let direction = b - a;
     let length = direction.length();
     let mut near = Vec::new();
-    tree.within(a.midpoint(b), 0.5 * length + farthest, usize::MAX, &mut near);
+    tree.along([a, b], farthest, &mut near);
     let mut found: Vec<(f64, u32)> = near
         .iter()
         .map(|place| boundary[*place as usize])
