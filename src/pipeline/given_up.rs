@@ -59,7 +59,7 @@ impl Searched<'_> {
     /// [`crate::Error::Cancelled`].
     pub fn warnings(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Vec<Warning>> {
         let given_up = self.warning(found, progress)?;
-        Ok(given_up.into_iter().chain(self.facets_warning(found)).collect())
+        Ok(given_up.into_iter().chain(self.facets_warning(found, progress)?).collect())
     }
 
     /// The warning that sharp edges were given up, if they matter; `found` is what the number asked for
@@ -71,7 +71,7 @@ impl Searched<'_> {
         if !gives_up_many(found) {
             return Ok(None);
         }
-        let enough = match self.enough(progress)? {
+        let enough = match self.enough(false, progress)? {
             Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
             // Where nothing is kept, it may be the noise of a scan.
             Enough::Unknown if found.sharp_length > 0.0 => "more".to_owned(),
@@ -87,22 +87,31 @@ impl Searched<'_> {
     }
 
     /// The warning that edges between narrow facets were taken for those of a round surface, if many were.
-    fn facets_warning(&self, found: &FeatureSummary) -> Option<Warning> {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    fn facets_warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
         let FeatureSummary { discarded, sharp_length, .. } = found;
         let all = discarded.length() + discarded.facet_length + sharp_length;
-        (discarded.facet_length > LEAST * all).then(|| {
-            let text = format!(
-                "creases of length {} (of {} in total) lie between facets narrower than an edge and were \
-                treated as the tessellation of a round surface: more vertices keep them",
-                length_text(discarded.facet_length),
-                length_text(all),
-            );
-            Warning { code: WarningCode::NarrowFacets, text }
-        })
+        if discarded.facet_length <= LEAST * all {
+            return Ok(None);
+        }
+        let enough = match self.enough(true, progress)? {
+            Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
+            Enough::Unknown | Enough::Never => "more".to_owned(),
+        };
+        let text = format!(
+            "creases of length {} (of {} in total) lie between facets narrower than an edge and were treated \
+            as the tessellation of a round surface: {enough} vertices keep them",
+            length_text(discarded.facet_length),
+            length_text(all),
+        );
+        Ok(Some(Warning { code: WarningCode::NarrowFacets, text }))
     }
 
-    /// How many vertices keep nearly all sharp edges, nearly the least number.
-    fn enough(&self, progress: &ProgressToken) -> Result<Enough> {
+    /// How many vertices keep nearly all sharp edges, nearly the least number; with `round_facets` as in
+    /// [`FeatureOptions`], those between facets, too.
+    fn enough(&self, round_facets: bool, progress: &ProgressToken) -> Result<Enough> {
         let mut tried = vec![MOST_TIMES[0] * self.vertices];
         if self.surface.triangles.len() <= FEW_TRIANGLES {
             tried.push((MOST_TIMES[1] * self.vertices).max(MOST_FOR_FEW));
@@ -115,7 +124,7 @@ impl Searched<'_> {
                 return Ok(Enough::Unknown);
             }
             progress.poll()?;
-            if self.gives_up_at_most(LEAST, vertices) {
+            if self.gives_up_at_most(LEAST, round_facets, vertices) {
                 many = Some(vertices);
                 break;
             }
@@ -128,7 +137,7 @@ impl Searched<'_> {
             if between >= many || between <= few {
                 break;
             }
-            if self.gives_up_at_most(NAMED, between) {
+            if self.gives_up_at_most(NAMED, round_facets, between) {
                 many = between;
             } else {
                 few = between;
@@ -137,18 +146,24 @@ impl Searched<'_> {
         Ok(Enough::At(many))
     }
 
-    /// Whether a run with this many vertices would give up at most this fraction of the sharp edges.
-    fn gives_up_at_most(&self, fraction: f64, vertices: usize) -> bool {
+    /// Whether a run with this many vertices would give up at most this fraction of the sharp edges; see
+    /// [`Searched::enough`].
+    fn gives_up_at_most(&self, fraction: f64, round_facets: bool, vertices: usize) -> bool {
         let spacing = spacing(self.area, vertices);
-        let options = FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(spacing) };
+        let options = FeatureOptions {
+            feature_angle: self.feature_angle,
+            round_facets,
+            ..FeatureOptions::new(spacing)
+        };
         let Ok(features) = find_features(self.surface, &options) else { return false };
         let FeatureSummary { discarded, sharp_length, .. } = FeatureSummary::of(&features);
-        let given_up = discarded.length();
+        let given_up = discarded.length() + discarded.facet_length;
         let TriMesh { vertices: points, triangles } = self.surface;
         let has_room = || {
             SurfaceCurves::new(points, triangles, &features)
                 .is_none_or(|curves| enough(&curves, self.area, vertices) <= vertices)
         };
+        // Without `round_facets`, no edge is one between facets.
         given_up <= fraction * (given_up + sharp_length) && has_room()
     }
 }

@@ -144,6 +144,10 @@ fn a_coarse_tube_is_round_where_its_facets_are_narrow_and_a_prism_where_they_are
     assert_eq!(narrow.warning_codes.first(), Some(&WarningCode::NarrowFacets), "{:?}", narrow.warnings);
     assert!(narrow.output.quality.fraction_below_30 < 0.02, "{:?}", narrow.output.quality);
     assert!(narrow.attempts > 1);
+    let (before, _) = narrow.warnings[0].split_once(" vertices keep them").unwrap();
+    let enough: usize = before.rsplit(' ').next().unwrap().replace(',', "").parse().unwrap();
+    let kept = run(&tube, &Options::new(enough)).summary;
+    assert_eq!((kept.features.unwrap().discarded.facet_edges, kept.warnings), (0, Vec::new()), "{enough}");
     let wide = run(&tube, &Options::new(3000)).summary;
     assert_eq!((wide.features.unwrap().discarded.facet_edges, wide.warnings), (0, Vec::new()));
     // Good triangles between creases leave no doubt, however narrow the facets.
