@@ -43,6 +43,18 @@ fn corners_that_differ_by_rounding_are_one() {
 }
 
 #[test]
+fn vertices_on_edges_are_joined_where_rounding_is_more_than_the_mesh() {
+    let [one, two] = [plane(1, 0.0), plane(2, 0.0)];
+    let both = union(&moved(&one, |v| v + DVec3::new(450_000.0, 5_400_000.0, 0.0)), &{
+        moved(&two, |v| v + DVec3::new(450_000.0, 5_400_001.0, 0.0))
+    });
+    let repaired = repair(&both).unwrap();
+    assert_eq!(repaired.counts.edges_joined, 1);
+    let got = topology(&repaired.mesh);
+    assert_eq!((got.components, got.boundary_loops, got.vertices), (1, 1, 11));
+}
+
+#[test]
 fn what_rounding_does_not_explain_stays() {
     let jittered = repair(&soup(&sphere(1.0, 2), 1e-4)).unwrap();
     assert_eq!(topology(&jittered.mesh).components, sphere(1.0, 2).triangles.len());

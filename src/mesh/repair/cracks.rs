@@ -64,7 +64,7 @@ pub(super) fn close(
             counts.crack_vertices_welded += weld::merge(mesh, origin, to, Some(&open), counts);
         }
         let reach = reaches(mesh, rounding);
-        joints::join(mesh, origin, rounding, |v| Some(reach[v as usize]), counts);
+        joints::join(mesh, origin, |v| Some(reach[v as usize]), counts);
         // Faces may be gone even if nothing is closed.
         table = EdgeTable::new(&mesh.triangles);
         if counts.crack_vertices_welded + counts.edges_joined == before {

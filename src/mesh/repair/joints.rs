@@ -13,12 +13,10 @@ use std::collections::{HashMap, HashSet};
 const ROUNDS: usize = 4;
 
 /// Splits triangles at boundary vertices on their boundary edges, where that closes a part of an edge and
-/// puts no third face at one. A vertex is on an edge within its `reach`, of `farthest` at most; never if it
-/// has none.
+/// puts no third face at one. A vertex is on an edge within its `reach`; never if it has none.
 pub(super) fn join(
     mesh: &mut TriMesh,
     origin: &mut Vec<u32>,
-    farthest: f64,
     reach: impl Fn(u32) -> Option<f64>,
     counts: &mut RepairCounts,
 ) {
@@ -32,6 +30,8 @@ pub(super) fn join(
         let boundary: Vec<u32> = vertices_of(&open).into_iter().filter(|v| reach(*v).is_some()).collect();
         let points: Vec<DVec3> = boundary.iter().map(|v| mesh.vertices[*v as usize]).collect();
         let tree = KdTree::new(&points);
+        // Far from the origin, rounding alone may be much more than any of them.
+        let farthest = boundary.iter().filter_map(|v| reach(*v)).fold(0.0, f64::max);
         let mut split = HashSet::new();
         let before = counts.edges_joined;
         for edge in &open {
@@ -67,13 +67,14 @@ fn vertices_on(
     let direction = b - a;
     let length = direction.length();
     let mut near = Vec::new();
-    tree.along([a, b], farthest, &mut near);
+    // A vertex with a longer reach is at an end.
+    tree.along([a, b], farthest.min(0.5 * length), &mut near);
     let mut found: Vec<(f64, u32)> = near
         .iter()
         .map(|place| boundary[*place as usize])
         .filter(|v| ![edge.from, edge.to, edge.apex].contains(v))
         .filter_map(|v| {
-            let reach = reach(v)?.min(farthest);
+            let reach = reach(v)?;
             let along = (at(v) - a).dot(direction) / length;
             let off = (at(v) - a - direction * (along / length)).length();
             (off <= reach && along > reach && along < length - reach).then_some((along, v))

@@ -192,13 +192,13 @@ pub(crate) fn repair_with_progress(
     if !flat.is_empty() {
         // A flat face between a long edge and two short ones held them together.
         let reach = kept.bounds().map_or(0.0, |[low, high]| FLAT_REACH * (high - low).length());
-        joints::join(&mut kept, &mut origin, reach, |v| at_flat[v as usize].then_some(reach), &mut counts);
+        joints::join(&mut kept, &mut origin, |v| at_flat[v as usize].then_some(reach), &mut counts);
     }
     let (mut reach, mut table) = cracks::close(&mut kept, &mut origin, &mut counts);
     if options.weld > 0.0 {
         let wide = kept.bounds().map_or(0.0, |[low, high]| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, wide, &mut counts);
-        joints::join(&mut kept, &mut origin, wide, |_| Some(wide), &mut counts);
+        joints::join(&mut kept, &mut origin, |_| Some(wide), &mut counts);
         reach = reach.max(wide);
         if kept.triangles.is_empty() {
             let problem = format!("`weld` {} leaves no face", options.weld);
