@@ -42,8 +42,8 @@ enum Enough {
     At(usize),
     /// There was no time to find out.
     Unknown,
-    /// No number that is not far larger.
-    Never,
+    /// Not even this many, far more than were asked for.
+    Not(usize),
 }
 
 /// Whether so many sharp edges are no features that it matters, and not mainly those between facets.
@@ -71,18 +71,20 @@ impl Searched<'_> {
         if !gives_up_many(found) {
             return Ok(None);
         }
-        let enough = match self.enough(false, progress)? {
-            Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
-            // Where nothing is kept, it may be the noise of a scan.
-            Enough::Unknown if found.sharp_length > 0.0 => "more".to_owned(),
-            Enough::Unknown | Enough::Never => return Ok(None),
+        let enough = self.enough(false, progress)?;
+        // Where nothing is kept, it may be the noise of a scan.
+        let may_be_noise = match enough {
+            Enough::At(_) => false,
+            Enough::Unknown => found.sharp_length <= 0.0,
+            Enough::Not(_) => true,
         };
+        if may_be_noise {
+            return Ok(None);
+        }
         let given_up = found.discarded.length();
         let [given_up, all] = [given_up, given_up + found.sharp_length].map(length_text);
-        let text = format!(
-            "sharp edges of length {given_up} (of {all} in total) were given up: {enough} vertices \
-            keep them"
-        );
+        let remedy = self.remedy(&enough);
+        let text = format!("sharp edges of length {given_up} (of {all} in total) were given up: {remedy}");
         Ok(Some(Warning { code: WarningCode::SharpEdges, text }))
     }
 
@@ -96,17 +98,24 @@ impl Searched<'_> {
         if discarded.facet_length <= LEAST * all {
             return Ok(None);
         }
-        let enough = match self.enough(true, progress)? {
-            Enough::At(vertices) => in_groups(&(vertices + self.elsewhere).to_string(), ','),
-            Enough::Unknown | Enough::Never => "more".to_owned(),
-        };
         let text = format!(
             "creases of length {} (of {} in total) lie between facets narrower than an edge and were treated \
-            as the tessellation of a round surface: {enough} vertices keep them",
+            as the tessellation of a round surface: {}",
             length_text(discarded.facet_length),
             length_text(all),
+            self.remedy(&self.enough(true, progress)?),
         );
         Ok(Some(Warning { code: WarningCode::NarrowFacets, text }))
+    }
+
+    /// What a warning says of how many vertices keep the edges.
+    fn remedy(&self, enough: &Enough) -> String {
+        let number = |vertices: usize| in_groups(&(vertices + self.elsewhere).to_string(), ',');
+        match *enough {
+            Enough::At(vertices) => format!("{} vertices keep them", number(vertices)),
+            Enough::Unknown => "more vertices keep them".to_owned(),
+            Enough::Not(vertices) => format!("even {} vertices do not keep them", number(vertices)),
+        }
     }
 
     /// How many vertices keep nearly all sharp edges, nearly the least number; with `round_facets` as in
@@ -118,7 +127,7 @@ impl Searched<'_> {
         } else if progress.leave_out() {
             return Ok(Enough::Unknown);
         }
-        let mut many = None;
+        let (mut few, mut many) = (self.vertices, None);
         for vertices in tried {
             if vertices > MOST_TIMES[0] * self.vertices && progress.leave_out() {
                 return Ok(Enough::Unknown);
@@ -128,9 +137,9 @@ impl Searched<'_> {
                 many = Some(vertices);
                 break;
             }
+            few = vertices;
         }
-        let Some(mut many) = many else { return Ok(Enough::Never) };
-        let mut few = self.vertices;
+        let Some(mut many) = many else { return Ok(Enough::Not(few)) };
         while many as f64 > (1.0 + CLOSE) * few as f64 && !progress.leave_out() {
             progress.poll()?;
             let between = rounded_up((few as f64 * many as f64).sqrt());

@@ -153,6 +153,9 @@ fn a_coarse_tube_is_round_where_its_facets_are_narrow_and_a_prism_where_they_are
     // Good triangles between creases leave no doubt, however narrow the facets.
     let nut = prism(&regular(6), 20.0);
     assert_eq!(run(&nut, &Options::new(100)).summary.features.unwrap().discarded.facet_edges, 0);
+    // No edge of so many is as short as its facets are wide.
+    let pipe = run(&prism(&regular(200), 20.0), &Options::new(700).feature_angle(1.0)).summary;
+    assert!(pipe.warnings[0].ends_with(": even 50,000 vertices do not keep them"), "{:?}", pipe.warnings);
 }
 
 #[test]
