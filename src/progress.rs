@@ -100,7 +100,7 @@ impl From<()> for Flow {
 pub(crate) const CONNECT: f64 = 12.0;
 
 /// How many times as long as the preparation of the input its simplification takes, about, with what follows.
-const SIMPLIFICATION: f64 = 4.5;
+const SIMPLIFICATION: f64 = 8.0;
 
 /// Connects a long computation with its caller. The computation reports the fraction of its work that is done
 /// and polls whether to stop; any thread may cancel it or ask it to finish early.

@@ -111,6 +111,9 @@ const POOR: f64 = 25.0;
 const MOST_GRADUAL: usize = 300;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
 const LEFT_OUT: f64 = 1.0;
+/// With more faces, a try takes many seconds, and noise alone leaves some vertices out: there is another only
+/// if one is missing.
+const MANY_FACES: usize = 300_000;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
@@ -214,11 +217,11 @@ fn remesh_locally(
         };
         let left_out = left_out(surface, &local.mesh, lengths, target.spacing, progress)?;
         let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
-        let is_again = best.is_some() || refused.is_some();
+        let may_be_enough = best.is_some() || refused.is_some() || surface.triangles.len() > MANY_FACES;
         if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
             best = Some((farthest, local));
         }
-        if left_out.is_empty() || (is_again && farthest <= MISSING) {
+        if left_out.is_empty() || (may_be_enough && farthest <= MISSING) {
             break;
         }
         start.fix(spread_out(surface, &left_out, target.spacing));
