@@ -106,11 +106,12 @@ impl CoarseToFine<'_> {
         let mut rounds = Rounds::new();
         let mut known = KnownCells::default();
         loop {
-            progress.poll()?;
             let connection = progress
                 .during(|progress| self.connect_once(on, &mut level, (spacing, &mut known), progress))?;
             let Connection { broken, faces, counts, is_sound } = connection;
             progress.would_simplify(!is_sound);
+            // That may leave no time for another round.
+            progress.poll()?;
             let may_help =
                 rounds.may_go_on(broken.len(), level.sites.len(), self.context.input.is_manifold());
             let is_over = is_sound || !may_help || progress.leave_out();
