@@ -44,10 +44,8 @@ fn corners_that_differ_by_rounding_are_one() {
 
 #[test]
 fn vertices_on_edges_are_joined_where_rounding_is_more_than_the_mesh() {
-    let [one, two] = [plane(1, 0.0), plane(2, 0.0)];
-    let both = union(&moved(&one, |v| v + DVec3::new(450_000.0, 5_400_000.0, 0.0)), &{
-        moved(&two, |v| v + DVec3::new(450_000.0, 5_400_001.0, 0.0))
-    });
+    let far = |mesh: &TriMesh, y: f64| moved(mesh, |v| v + DVec3::new(450_000.0, y, 0.0));
+    let both = union(&far(&plane(1, 0.0), 5_400_000.0), &far(&plane(2, 0.0), 5_400_001.0));
     let repaired = repair(&both).unwrap();
     assert_eq!(repaired.counts.edges_joined, 1);
     let got = topology(&repaired.mesh);
