@@ -32,8 +32,8 @@ fn run() -> Result<(), Vec<String>> {
         PathBuf::from(std::env::var_os("OUT_DIR").ok_or_else(|| vec!["OUT_DIR is not set".to_owned()])?);
     let files = compile::shader_files(Path::new("glsl")).map_err(|e| vec![e])?;
     let (mut kernels, mut problems) = (Vec::new(), Vec::new());
-    for file in &files {
-        match kernel(file) {
+    for kernel in kernels_of(&files) {
+        match kernel {
             Ok(kernel) => kernels.push(kernel),
             Err(problem) => problems.push(problem),
         }
@@ -52,6 +52,20 @@ fn run() -> Result<(), Vec<String>> {
         }
     }
     write("kernels.rs", emit::emit(&kernels).as_bytes())
+}
+
+/// The kernels in the order of their files, compiled on as many threads as Cargo has jobs.
+fn kernels_of(files: &[PathBuf]) -> Vec<Result<reflect::Kernel, String>> {
+    let jobs = std::env::var("NUM_JOBS").ok().and_then(|jobs| jobs.parse().ok()).unwrap_or(1_usize);
+    let parts = files.chunks(files.len().div_ceil(jobs.max(1)).max(1));
+    std::thread::scope(|scope| {
+        let compile = |part: &'_ [PathBuf]| part.iter().map(|file| kernel(file)).collect::<Vec<_>>();
+        let started: Vec<_> = parts.map(|part| scope.spawn(move || compile(part))).collect();
+        let join = |worker: std::thread::ScopedJoinHandle<'_, Vec<_>>| {
+            worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+        };
+        started.into_iter().flat_map(join).collect()
+    })
 }
 
 /// A kernel, and how it reads vectors from texel buffers if it can.
