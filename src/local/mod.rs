@@ -268,7 +268,10 @@ pub fn relaxed(
 ) -> Result<TriMesh> {
     let mut star = StarMesh::from_constrained(&ConstrainedMesh { mesh, fixed, ..Default::default() });
     let guard = Guard { looks: true, progress };
-    for _ in 0..LAST_ROUNDS {
+    for round in 0..LAST_ROUNDS {
+        if round >= FEW_LAST_ROUNDS && progress.leave_out() {
+            break;
+        }
         guard.run(&mut star, |mesh| {
             mesh.flip(progress)?;
             mesh.relax(target, &[], progress)

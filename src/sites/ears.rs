@@ -31,7 +31,7 @@ pub fn turn_ears(triangles: &mut [[u32; 3]], positions: &[DVec3], curve_edges: &
     if !triangles.iter().any(|triangle| third(*triangle).is_some()) {
         return;
     }
-    let mut ears = Ears::new(triangles, positions);
+    let mut ears = Ears::new(triangles, positions, &on_curve);
     for _ in 0..PASSES {
         let mut turned = false;
         for t in 0..ears.triangles.len() as u32 {
@@ -45,7 +45,7 @@ pub fn turn_ears(triangles: &mut [[u32; 3]], positions: &[DVec3], curve_edges: &
     }
 }
 
-/// Triangles, with those at each directed edge.
+/// Triangles, with those at each directed edge that has an end on a curve.
 struct Ears<'a> {
     triangles: &'a mut [[u32; 3]],
     positions: &'a [DVec3],
@@ -53,10 +53,14 @@ struct Ears<'a> {
 }
 
 impl<'a> Ears<'a> {
-    fn new(triangles: &'a mut [[u32; 3]], positions: &'a [DVec3]) -> Self {
-        let mut at: HashMap<(u32, u32), Vec<u32>> = HashMap::with_capacity(3 * triangles.len());
+    fn new(triangles: &'a mut [[u32; 3]], positions: &'a [DVec3], on_curve: &[bool]) -> Self {
+        let mut at: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
         for (t, triangle) in (0..).zip(triangles.iter()) {
-            sides(*triangle).into_iter().for_each(|side| at.entry(side).or_default().push(t));
+            // All corners of an ear are on curves, so no other edge is ever looked up.
+            let sides = sides(*triangle).into_iter();
+            sides
+                .filter(|(a, b)| on_curve[*a as usize] || on_curve[*b as usize])
+                .for_each(|side| at.entry(side).or_default().push(t));
         }
         Self { triangles, positions, at }
     }

@@ -7,8 +7,8 @@ mod patch_trees;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::TriMesh;
 use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver, shortest_height_sq};
+use super::{NONE, TriMesh};
 use build::{build, build_in_order};
 pub(crate) use patch_trees::PatchTrees;
 
@@ -266,6 +266,17 @@ impl Bvh {
         self.search(p, rank, accept, -1.0)
     }
 
+    /// Like [`Bvh::closest`], among the triangles that `accept` holds for and that are not farther from `p`
+    /// than the root of `most_sq`; `None` if there is none.
+    pub fn closest_accepted_within(
+        &self,
+        p: DVec3,
+        most_sq: f64,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
+        self.search_tree(WholeTree(&self.nodes), p, &mut 0, accept, [-1.0, most_sq])
+    }
+
     /// Like [`Bvh::closest_accepted`], up to the first triangle whose squared distance is at most `enough`.
     fn search(
         &self,
@@ -274,17 +285,18 @@ impl Bvh {
         accept: impl Fn(u32) -> bool,
         enough: f64,
     ) -> Option<Closest> {
-        self.search_tree(WholeTree(&self.nodes), p, rank, accept, enough)
+        self.search_tree(WholeTree(&self.nodes), p, rank, accept, [enough, f64::INFINITY])
     }
 
-    /// Like [`Bvh::search`], in a tree over all of the triangles or some of them.
+    /// Like [`Bvh::search`], in a tree over all of the triangles or some of them, and among those up to a
+    /// squared distance of `most`.
     fn search_tree(
         &self,
         tree: impl Tree,
         p: DVec3,
         rank: &mut usize,
         accept: impl Fn(u32) -> bool,
-        enough: f64,
+        [enough, most]: [f64; 2],
     ) -> Option<Closest> {
         let nodes = tree.nodes();
         if nodes.is_empty() {
@@ -293,16 +305,15 @@ impl Bvh {
         if *rank >= self.order.len() {
             *rank = 0;
         }
-        let mut best = Closest {
-            triangle: u32::MAX,
-            point: DVec3::ZERO,
-            distance_sq: f64::INFINITY,
-            barycentric: [0.0; 3],
-        };
+        let mut best =
+            Closest { triangle: NONE, point: DVec3::ZERO, distance_sq: most, barycentric: [0.0; 3] };
         if accept(self.order[*rank]) {
-            best = self.on_triangle(*rank, p);
-            if best.distance_sq <= enough {
-                return Some(best);
+            let first = self.on_triangle(*rank, p);
+            if first.distance_sq <= enough {
+                return Some(first);
+            }
+            if first.distance_sq <= most {
+                best = first;
             }
         }
         let mut stack = [(0u32, 0f64); STACK];
@@ -341,7 +352,7 @@ impl Bvh {
             stack[top + 1] = near;
             top += 2;
         }
-        best.distance_sq.is_finite().then_some(best)
+        (best.triangle != NONE && best.distance_sq.is_finite()).then_some(best)
     }
 
     /// The closest point of the one triangle at `rank` of [`Bvh::leaf_order`]; `None` if that is out of
@@ -409,5 +420,32 @@ impl Bvh {
                 top += 2;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn nothing_farther_than_the_limit_is_found() {
+        let mesh = sample("genus3").unwrap();
+        let bvh = Bvh::new(&mesh);
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(2);
+        let (mut found, mut none) = (0, 0);
+        for _ in 0..500 {
+            let p = DVec3::from_array(std::array::from_fn(|_| rng.random_range(-2.0..2.0)));
+            let accept = |t: u32| t % 7 == 3;
+            let whole = bvh.closest_accepted(p, &mut 0, accept).unwrap();
+            let most = rng.random_range(0.0..2.0) * whole.distance_sq;
+            let within = bvh.closest_accepted_within(p, most, accept);
+            assert_eq!(within, (whole.distance_sq <= most).then_some(whole));
+            // Right at the limit as well.
+            assert_eq!(bvh.closest_accepted_within(p, whole.distance_sq, accept), Some(whole));
+            if within.is_some() { found += 1 } else { none += 1 }
+        }
+        assert!(found > 100 && none > 100, "{found}, {none}");
     }
 }

@@ -78,7 +78,7 @@ impl PatchTrees {
     ) -> Option<Closest> {
         let tree = self.trees.get(patch as usize)?;
         let facing = Facing { tree, direction: direction.normalize_or_zero().as_vec3() };
-        bvh.search_tree(facing, p, rank, accept, -1.0)
+        bvh.search_tree(facing, p, rank, accept, [-1.0, f64::INFINITY])
     }
 }
 

@@ -76,10 +76,7 @@ fn strips(graph: &Graph, sides: &[Side], width: f64) -> BTreeMap<[u32; 2], [Vec<
                 && is_inside
                 && other.inwards.dot(side.inwards) < 0.0
         };
-        let Some(across) = bvh.closest_accepted(middle, &mut 0, is_across) else { continue };
-        if across.distance_sq > width * width {
-            continue;
-        }
+        let Some(across) = bvh.closest_accepted_within(middle, width * width, is_across) else { continue };
         let other = sides[across.triangle as usize].beyond;
         let key = [side.beyond.min(other), side.beyond.max(other)];
         strips.entry(key).or_default()[usize::from(side.beyond > other)].push(*side);

@@ -161,6 +161,12 @@ impl<'a> Collapser<'a> {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
+            if versions != current && [v, u].iter().any(|w| self.graph.is_hub(*w)) {
+                // Its moves are brought up to date one by one, as they come up.
+                let is_there = self.graph.around_edge(v, u).next().is_some();
+                self.candidate(v, u).filter(|_| is_there).into_iter().for_each(|entry| moves.push(entry));
+                continue;
+            }
             let apart = self.must_stay_apart(limits);
             // What takes least time comes first.
             let keeps = versions == current
@@ -171,8 +177,11 @@ impl<'a> Collapser<'a> {
             if !keeps {
                 continue;
             }
+            let theirs = self.graph.neighbours(v);
             self.apply(v, u);
-            for w in self.graph.neighbours(u) {
+            let is_hub = self.graph.is_hub(u);
+            let around = if is_hub { theirs } else { self.graph.neighbours(u) };
+            for w in around.into_iter().filter(|w| *w != u) {
                 let around = [self.candidate(u, w), self.candidate(w, u)];
                 around.into_iter().flatten().for_each(|entry| moves.push(entry));
             }
@@ -213,29 +222,33 @@ impl<'a> Collapser<'a> {
     /// The link condition: what `v` and `u` have in common is what lies at their edge.
     fn keeps_topology(&self, v: u32, u: u32) -> bool {
         let graph = &self.graph;
-        let theirs = graph.neighbours(u);
-        if theirs.binary_search(&v).is_err() {
-            return false;
-        }
         let mut apexes: Around = graph
-            .at_edge(v, u)
+            .around_edge(v, u)
             .flat_map(|t| graph.triangles[t as usize])
             .filter(|w| *w != v && *w != u)
             .collect();
         apexes.sort_unstable();
         let distinct = apexes.windows(2).all(|pair| pair[0] != pair[1]);
-        let common: Around =
-            graph.neighbours(v).into_iter().filter(|w| theirs.binary_search(w).is_ok()).collect();
-        if !distinct || common != apexes {
+        if apexes.is_empty() || !distinct {
+            return false;
+        }
+        let is_joined = |w: &u32| *w != u && graph.around_edge(*w, u).next().is_some();
+        let common: Around = graph.neighbours(v).into_iter().filter(is_joined).collect();
+        if common != apexes {
             return false;
         }
         // A curve of three edges stays one, and so does a surface of four triangles.
         let doubles_curve = graph.along_curves[v as usize].iter().any(|w| *w != u && graph.is_curve(u, *w));
         let doubles_face = self.moved(v, u).any(|(_, [a, b, c])| {
-            let others = [a, b, c].map(|w| if w == u { u32::MAX } else { w });
-            let has =
-                |t: u32| others.iter().all(|w| *w == u32::MAX || graph.triangles[t as usize].contains(w));
-            graph.star[u as usize].iter().any(|t| has(*t))
+            let corners = [a, b, c];
+            let [b, c] = if a == u {
+                [b, c]
+            } else if b == u {
+                [c, a]
+            } else {
+                [a, b]
+            };
+            graph.around_edge(b, c).any(|t| corners.iter().all(|w| graph.triangles[t as usize].contains(w)))
         });
         !doubles_curve && !doubles_face
     }
@@ -274,7 +287,9 @@ impl<'a> Collapser<'a> {
         let curve = self.graph.along_curves[v as usize].clone();
         let moved: SmallVec<[(u32, [u32; 3]); 16]> = self.moved(v, u).collect();
         let graph = &mut self.graph;
-        let ends = [v, u].into_iter().flat_map(|w| &graph.star[w as usize]);
+        // Most of what is around a hub lies far from what changes.
+        let ends = if graph.is_hub(u) { vec![v] } else { vec![v, u] };
+        let ends = ends.into_iter().flat_map(|w| &graph.star[w as usize]);
         self.changes.note(ends.flat_map(|t| graph.triangles[*t as usize]));
         let gone: Around = graph.at_edge(v, u).collect();
         for t in gone {
