@@ -30,6 +30,7 @@ pub fn read<'py>(
         loaded.map_err(|error| error.in_file(&path))
     })?;
     let mut notes = loaded.notes;
+    notes.extend(loaded.warnings.into_iter().map(|(_, text)| text));
     if loaded.attributes.skin.is_some() {
         notes.push("the skin and its animations are left out; the command line keeps them in GLB".to_owned());
     }

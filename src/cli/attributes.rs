@@ -100,7 +100,10 @@ impl AttributeArgs {
         if let Some(names) = &self.keep_labels {
             let borders = borders(names, mesh, attributes)?;
             if borders.is_empty() {
-                notes.add("--keep-labels has no effect: the input has no labels");
+                notes.add(match attributes.face.iter().any(|own| own.role == Role::Label) {
+                    true => "--keep-labels has no effect: all neighbouring triangles have the same labels",
+                    false => "--keep-labels has no effect: the input has no labels",
+                });
             }
             options.coarse_to_fine.label_borders = borders;
             if let Some(edges) = self.smooth_labels {

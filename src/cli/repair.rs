@@ -108,8 +108,12 @@ pub fn run(args: &Args) -> Result<()> {
     target.write(&repaired.mesh, &attributes, args.quiet)?;
     drop(writing);
     if !args.quiet {
+        tell_notes(&args.input, &loaded.notes);
         tell_notes(&args.input, &repaired.counts.notes());
         tell(&two_columns(rows(&repaired, intersecting)));
+    }
+    for (_, warning) in &loaded.warnings {
+        tell(&format!("warning: {warning}\n"));
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use crate::error::escaped;
 
 /// What the library says, and what the command line has for it; other fields are options of their own name.
-const PHRASES: [(&str, &str); 7] = [
+const PHRASES: [(&str, &str); 8] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
     ("accept it with `shortage` best-effort", "leave out --strict"),
     ("`memory_bytes`", "--device-memory"),
@@ -15,6 +15,7 @@ const PHRASES: [(&str, &str); 7] = [
      VALUE`",
     ),
     ("read the file without materials", "leave out --keep-uv"),
+    ("by `Follower`", "by `rtfmesh follow`"),
 ];
 
 /// An error on one line; causes of the library's own errors are in their messages already.

@@ -122,7 +122,7 @@ pub fn wrapped(
 ) -> rtfmesh::Result<Around> {
     let options = WrapOptions::default().detail(detail).repairs(repairs);
     let found = wrap_with_progress(&loaded.mesh, &options, progress)?;
-    let Loaded { mesh, attributes, .. } = loaded;
+    let Loaded { mesh, attributes, warnings, .. } = loaded;
     let request = attributes.required_correspondence();
     let token = ProgressToken::default();
     let correspondence = find_correspondence(mesh, &found.repaired, &found.mesh, request, &token)?;
@@ -134,6 +134,6 @@ pub fn wrapped(
         100.0 * found.detail / diagonal,
         100.0 * found.on_input
     ));
-    let made = Loaded { mesh: found.mesh, attributes, notes, warnings: Vec::new(), unread_images: 0 };
+    let made = Loaded { mesh: found.mesh, attributes, notes, warnings: warnings.clone(), unread_images: 0 };
     Ok(Around { made, repaired: found.repaired, detail: found.detail })
 }

@@ -98,17 +98,6 @@ pub(crate) fn without_padding(text: &[u8]) -> &[u8] {
     if end.iter().any(is_mark) { content } else { text }
 }
 
-/// A value that occurs more than once in `values`; `sorted` is scratch space.
-pub(crate) fn find_duplicate<T: Copy + Ord>(values: &[T], sorted: &mut Vec<T>) -> Option<T> {
-    sorted.clear();
-    sorted.extend_from_slice(values);
-    sorted.sort_unstable();
-    sorted.windows(2).find_map(|pair| match pair {
-        [a, b] if a == b => Some(*a),
-        _ => None,
-    })
-}
-
 /// `text` shortened to fit into an error message, with control characters escaped.
 pub(crate) fn excerpt(text: &str) -> String {
     const LONGEST: usize = 40;

@@ -15,7 +15,8 @@ pub struct Loaded {
     pub attributes: Attributes,
     /// What was left out of the file or changed, and which other files were read; one sentence each.
     pub notes: Vec<String>,
-    /// What its user must know of a surface through points or in a volume, for the summary of a run.
+    /// What its user must know, for the summary of a run: what part of the file is left out, or how a surface
+    /// of points or a volume was made.
     pub warnings: Vec<(WarningCode, String)>,
     /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
     /// [`crate::io::Reader::materials`] has them read.

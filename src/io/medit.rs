@@ -81,7 +81,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
             read_faces(section, corners, name, &mut faces, &mut face_references)?;
         }
     }
-    let mut notes: Vec<String> = faces.split_note().into_iter().collect();
+    let mut notes: Vec<String> = faces.fans.note().into_iter().collect();
     if !sections.has_end {
         notes.push("the file does not end with 'End'; sections may be missing".to_owned());
     }
@@ -105,12 +105,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if out_of_range {
         notes.push("references were ignored: some are not 32-bit integers".to_owned());
     }
-    Ok(Loaded {
-        mesh: TriMesh { vertices, triangles: faces.triangles },
-        attributes,
-        notes,
-        ..Loaded::default()
-    })
+    Ok(Loaded { mesh: faces.into_mesh(vertices), attributes, notes, ..Loaded::default() })
 }
 
 fn find_sections(mut words: Words) -> Result<Sections> {

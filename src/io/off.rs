@@ -7,14 +7,20 @@ use glam::DVec3;
 
 use super::checks::{check_declared_count, check_vertex_count, cut_off, excerpt_of_bytes, refuse_binary};
 use super::loaded::Loaded;
+use super::polygons::short_faces_note;
 use super::text::{Faces, Lines, number, unsigned_integer, vertex, words, write_number};
-use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
+
+/// What MeshLab has before `OFF` for normals and colours.
+const MESHLABS: [&str; 2] = ["NC", "NCST"];
 
 /// Whether `word` opens an OFF file: `OFF` after any of `ST`, `C`, `N`, `4` and `n`.
 pub(crate) fn is_keyword(word: &str) -> bool {
     let Some(prefix) = word.strip_suffix("OFF") else { return false };
+    if MESHLABS.contains(&prefix) {
+        return true;
+    }
     let prefix = prefix.strip_prefix("ST").unwrap_or(prefix);
     let prefix = prefix.strip_prefix('C').unwrap_or(prefix);
     let prefix = prefix.strip_prefix('N').unwrap_or(prefix);
@@ -27,12 +33,16 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let ended = |lines: &Lines, what: &str| cut_off(lines.place(), what);
     let mut line = lines.next().ok_or_else(|| ended(&lines, "there is nothing but comments"))?;
     let first = words(line).next().unwrap_or_default();
-    let mut colour_column = None;
+    let (mut colour_column, mut notes) = (None, Vec::new());
     if let Some(keyword) = str::from_utf8(first).ok().filter(|word| is_keyword(word)) {
         check_kind(keyword, line, &lines.place())?;
-        // Normals come before colours, texture coordinates after them.
+        // Normals come before colours, but not in MeshLab's files; texture coordinates after them.
         let coloured = keyword.contains('C') && !keyword.starts_with("ST");
-        colour_column = coloured.then_some(if keyword.contains('N') { 3 } else { 0 });
+        let has_normals_first = keyword.contains('N') && !keyword.starts_with("NC");
+        colour_column = coloured.then_some(if has_normals_first { 3 } else { 0 });
+        let lost = [("normals", keyword.contains('N')), ("texture coordinates", keyword.contains("ST"))];
+        let lost = lost.into_iter().filter(|(_, is_there)| *is_there);
+        notes.extend(lost.map(|(what, _)| format!("{what} of the vertices were ignored")));
         line = line.get(first.len()..).unwrap_or_default().trim_ascii();
         if line.is_empty() {
             line = lines.next().ok_or_else(|| ended(&lines, "there is no line with the counts"))?;
@@ -52,19 +62,11 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let mut colours = colour_column.map(Colours::from_column);
     let positions = read_vertices(vertices, &mut lines, &mut colours)?;
     let (faces, skipped) = read_faces(faces, vertices, &mut lines)?;
-    let mut notes: Vec<String> = faces.split_note().into_iter().collect();
-    if skipped > 0 {
-        let faces = ["face with fewer than 3 vertices was", "faces with fewer than 3 vertices were"];
-        notes.push(format!("{} ignored", counted(skipped, faces)));
-    }
+    notes.extend(faces.fans.note());
+    notes.extend(short_faces_note(skipped));
     let vertex = colours.and_then(|colours| colours.into_attribute(&mut notes)).into_iter().collect();
     let attributes = Attributes { vertex, ..Attributes::default() };
-    Ok(Loaded {
-        mesh: TriMesh { vertices: positions, triangles: faces.triangles },
-        attributes,
-        notes,
-        ..Loaded::default()
-    })
+    Ok(Loaded { mesh: faces.into_mesh(positions), attributes, notes, ..Loaded::default() })
 }
 
 /// Refuses binary files and those of other dimensions than three.

@@ -9,7 +9,7 @@ use super::loaded::Loaded;
 use super::open::{Patience, read_file_bytes};
 use super::references::References;
 use super::volumes::Volume;
-use super::{gltf, gzip, medit, obj, off, ply, points, stl, threemf, volumes, vtk};
+use super::{gltf, gzip, medit, not_finite, obj, off, ply, points, stl, threemf, volumes, vtk};
 use crate::{Error, Result};
 
 /// Reads a mesh file as [`Reader::read`] does by default.
@@ -77,11 +77,10 @@ impl Reader {
     /// # Errors
     ///
     /// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
-    /// missing, unreadable, a directory or a device, empty, truncated or of an unknown format; a face has
-    /// fewer than three vertices, one vertex twice or one that does not exist; a coordinate is not a finite
-    /// number; there is no vertex, no face, or more than `u32::MAX - 1` vertices; a file that it names, such
-    /// as a buffer of a glTF file, cannot be read or lies outside its folder. [`Error::OutOfMemory`];
-    /// [`Error::Cancelled`] by the token of [`Reader::patience`].
+    /// missing, unreadable, a directory or a device, empty, truncated or of an unknown format; a face has a
+    /// vertex that does not exist; there is no vertex or no face with finite coordinates, or more than
+    /// `u32::MAX - 1` vertices; a file that it names, such as a buffer of a glTF file, cannot be read or lies
+    /// outside its folder. [`Error::OutOfMemory`]; [`Error::Cancelled`] by the token of [`Reader::patience`].
     pub fn read(&self, path: impl AsRef<Path>) -> Result<Loaded> {
         let path = path.as_ref();
         self.read_any(path)?.mesh().map_err(|error| error.in_file(path))
@@ -207,6 +206,7 @@ fn decode(
     notes.extend(references.note());
     Ok(match input {
         Input::Mesh(mut loaded) => {
+            not_finite::leave_out(&mut loaded)?;
             notes.append(&mut loaded.notes);
             Input::Mesh(Loaded { notes, ..loaded })
         }

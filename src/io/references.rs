@@ -10,9 +10,6 @@ use super::checks::excerpt;
 use super::open::read_regular_file;
 use crate::{Error, Result};
 
-/// Names in the note.
-const MOST_NAMED: usize = 5;
-
 /// Reads the files that a file names, each once.
 #[derive(Debug, Default)]
 pub(crate) struct References<'a> {
@@ -76,10 +73,7 @@ impl<'a> References<'a> {
     /// A note on the files that were read, if there are any.
     pub fn note(&self) -> Option<String> {
         let names = self.names.borrow();
-        let others = names.len().saturating_sub(MOST_NAMED);
-        let shown = names.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", ");
-        let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-        (!names.is_empty()).then(|| format!("files that it refers to were read: {shown}{more}"))
+        (!names.is_empty()).then(|| format!("files that it refers to were read: {}", names.join(", ")))
     }
 
     /// The one path of the file with this name, without links.

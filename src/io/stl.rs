@@ -14,6 +14,7 @@ use glam::DVec3;
 
 use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary, without_padding};
 use super::loaded::Loaded;
+use super::polygons::Fans;
 use super::text::{Lines, vertex, words};
 use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -35,6 +36,7 @@ fn declared_count(bytes: &[u8]) -> Option<usize> {
 }
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let solid = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     let text = without_padding(bytes);
     // What is left of a cut binary file may be one name and zeros.
@@ -47,6 +49,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
 #[derive(Default)]
 struct MeshBuilder {
     mesh: TriMesh,
+    fans: Fans,
     known: HashMap<[u64; 3], u32>,
 }
 
@@ -64,13 +67,10 @@ impl MeshBuilder {
 
     /// Adds a triangle, or a polygon that is split into triangles.
     fn add_facet(&mut self, corners: &[DVec3]) {
-        let Some((first, others)) = corners.split_first() else { return };
-        let first = self.vertex(*first);
-        for pair in others.windows(2) {
-            if let [second, third] = pair {
-                let triangle = [first, self.vertex(*second), self.vertex(*third)];
-                self.mesh.triangles.push(triangle);
-            }
+        self.fans.add(self.mesh.triangles.len(), corners.len());
+        for triangle in Fans::triangles(corners) {
+            let triangle = triangle.map(|corner| self.vertex(corner));
+            self.mesh.triangles.push(triangle);
         }
     }
 }
@@ -95,19 +95,11 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
     check_counts(3 * count as u64, count as u64)?;
     let mut builder = MeshBuilder::default();
     let mut attributes = false;
-    for (index, facet) in facets.iter().enumerate() {
+    for facet in facets {
         let (numbers, attribute) = facet.as_chunks::<4>();
         let value = |at: usize| numbers.get(at).map_or(0.0, |raw| f64::from(f32::from_le_bytes(*raw)));
         // The normal comes first.
         let triangle = [3, 6, 9].map(|at| DVec3::new(value(at), value(at + 1), value(at + 2)));
-        if triangle.iter().any(|corner| !corner.is_finite()) {
-            let place = format!("byte {}, triangle {index}", HEADER + 4 + FACET * index);
-            return Err(Error::input(
-                Some(place),
-                "a coordinate is not finite",
-                "remove or repair the triangle",
-            ));
-        }
         attributes |= attribute.iter().any(|byte| *byte != 0);
         builder.add_facet(&triangle);
     }
@@ -126,11 +118,11 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
 fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     let bytes = without_padding(bytes);
     refuse_binary(bytes, "give a whole STL file, text or binary")?;
-    let mut lines = Lines::new(bytes);
+    let mut lines = Lines::with_comments(bytes);
     let mut builder = MeshBuilder::default();
     // Corners since the last "outer loop" line.
     let mut open_loop: Option<Vec<DVec3>> = None;
-    let (mut in_solid, mut polygons) = (false, 0_u64);
+    let mut in_solid = false;
     let mut solids = Solids::default();
     while let Some(line) = lines.next() {
         let mut rest = words(line);
@@ -154,7 +146,6 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
                     let problem = format!("the facet has {} of at least 3 vertices", points.len());
                     return refuse(problem, "remove the facet");
                 }
-                polygons += u64::from(points.len() > 3);
                 builder.add_facet(points);
                 solids.label_up_to(builder.mesh.triangles.len());
                 open_loop = None;
@@ -168,14 +159,13 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     if open_loop.is_some() || in_solid {
         return Err(cut_off(lines.place(), "there is no 'endsolid' line"));
     }
-    let mesh = builder.mesh;
+    let MeshBuilder { mut mesh, fans, .. } = builder;
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the file has no facets", "give a mesh with facets"));
     }
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
-    let facets = ["facet with more than 3 vertices was", "facets with more than 3 vertices were"];
-    let note = format!("{} split into triangles", counted(polygons, facets));
-    let notes = (polygons > 0).then_some(note).into_iter().collect();
+    fans.unfold(&mut mesh, None);
+    let notes = fans.note().into_iter().collect();
     Ok(Loaded { mesh, attributes: solids.attributes(), notes, ..Loaded::default() })
 }
 

@@ -5,21 +5,30 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::checks::{excerpt_of_bytes, find_duplicate};
-use crate::grammar::counted;
-use crate::{Error, Result};
+use super::checks::excerpt_of_bytes;
+use super::polygons::Fans;
+use crate::{Error, Result, TriMesh};
 
-/// The lines that are not empty, without comments, which begin with `#`; line ends are LF, CR or both.
+/// The lines that are not empty, without comments, which begin with `#` at the start of a word; line ends are
+/// LF, CR or both.
 #[derive(Clone)]
 pub(crate) struct Lines<'a> {
     rest: &'a [u8],
     /// The number of the line returned last, from 1.
     pub(crate) number: u64,
+    /// Whether comments are left in.
+    keeps_comments: bool,
 }
 
 impl<'a> Lines<'a> {
     pub(crate) fn new(bytes: &'a [u8]) -> Self {
-        Self { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), number: 0 }
+        let rest = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+        Self { rest, number: 0, keeps_comments: false }
+    }
+
+    /// With comments, or of a format without them.
+    pub(crate) fn with_comments(bytes: &'a [u8]) -> Self {
+        Self { keeps_comments: true, ..Self::new(bytes) }
     }
 
     /// Bytes not yet read, counting a line end for the last line, which need not have one.
@@ -53,7 +62,7 @@ impl<'a> Iterator for Lines<'a> {
     fn next(&mut self) -> Option<&'a [u8]> {
         loop {
             let line = self.any_line()?;
-            let content = line.split(|byte| *byte == b'#').next().unwrap_or_default().trim_ascii();
+            let content = if self.keeps_comments { line } else { without_comment(line) }.trim_ascii();
             if !content.is_empty() {
                 return Some(content);
             }
@@ -61,14 +70,27 @@ impl<'a> Iterator for Lines<'a> {
     }
 }
 
+/// The line up to a `#` at the start of a word.
+pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
+    let begins =
+        |at: &usize| line[*at] == b'#' && (*at == 0 || line.get(at - 1).is_some_and(u8::is_ascii_whitespace));
+    let length = (0..line.len()).find(begins).unwrap_or(line.len());
+    &line[..length]
+}
+
 /// The words of a line.
 pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// A decimal number.
+/// A decimal number, or what programs write for one that is none: "nan", "-nan(ind)", "1.#QNAN".
 pub(crate) fn number(word: &[u8]) -> Option<f64> {
-    str::from_utf8(word).ok()?.parse().ok()
+    let word = str::from_utf8(word).ok()?;
+    let is_none = || {
+        let word = word.trim_start_matches(['-', '+']);
+        word.starts_with("1.#") || word.get(..4).is_some_and(|start| start.eq_ignore_ascii_case("nan("))
+    };
+    word.parse().ok().or_else(|| is_none().then_some(f64::NAN))
 }
 
 /// A count or an index: digits only.
@@ -91,11 +113,7 @@ pub(crate) fn vertex<'a>(
             );
         };
         *value = match number(word) {
-            Some(value) if value.is_finite() => value,
-            Some(_) => {
-                let problem = format!("the {axis} coordinate '{}' is not finite", excerpt_of_bytes(word));
-                return refuse(problem, "remove or repair the vertex");
-            }
+            Some(value) => value,
             None => {
                 let problem = format!("the {axis} coordinate '{}' is not a number", excerpt_of_bytes(word));
                 return refuse(problem, "write plain decimal numbers");
@@ -109,17 +127,22 @@ pub(crate) fn vertex<'a>(
 pub(crate) struct Faces {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// Faces with more than three corners.
-    polygons: u64,
+    pub(crate) fans: Fans,
     /// The file's index of the first vertex: 0 or 1.
     first: u64,
     vertices: u64,
-    sorted: Vec<u64>,
 }
 
 impl Faces {
     /// `first` is the file's index of the first vertex.
     pub(crate) fn new(first: u64, vertices: u64) -> Self {
-        Self { triangles: Vec::new(), polygons: 0, first, vertices, sorted: Vec::new() }
+        Self { triangles: Vec::new(), fans: Fans::default(), first, vertices }
+    }
+
+    /// Removes all faces.
+    pub(crate) fn clear(&mut self) {
+        self.triangles.clear();
+        self.fans.clear();
     }
 
     /// Adds the face with these corners, by the file's indices.
@@ -130,37 +153,19 @@ impl Faces {
             let problem = format!("there is no vertex {bad}, indices go from {first} to {last}");
             return refuse(problem, "repair the face");
         }
-        if let Some(vertex) = find_duplicate(corners, &mut self.sorted) {
-            let problem = format!("the face lists vertex {vertex} twice");
-            return refuse(problem, "remove the face or the repeated vertex");
-        }
+        self.fans.add(self.triangles.len(), corners.len());
         // In range, as checked above.
         let index = |corner: u64| (corner - first) as u32;
-        if let [a, others @ ..] = corners {
-            self.triangles.extend(others.windows(2).filter_map(|pair| match pair {
-                [b, c] => Some([index(*a), index(*b), index(*c)]),
-                _ => None,
-            }));
-        }
-        self.polygons += u64::from(corners.len() > 3);
+        self.triangles.extend(Fans::triangles(corners).map(|triangle| triangle.map(index)));
         Ok(())
     }
 
-    /// How many faces had more than three corners.
-    pub(crate) fn polygons(&self) -> u64 {
-        self.polygons
+    /// The mesh with these vertices, in the file's order.
+    pub(crate) fn into_mesh(self, vertices: Vec<DVec3>) -> TriMesh {
+        let mut mesh = TriMesh { vertices, triangles: self.triangles };
+        self.fans.unfold(&mut mesh, None);
+        mesh
     }
-
-    /// Same as [`split_note`].
-    pub(crate) fn split_note(&self) -> Option<String> {
-        split_note(self.polygons)
-    }
-}
-
-/// A note on the polygons that were split, if there were any.
-pub(crate) fn split_note(polygons: u64) -> Option<String> {
-    let was_split = ["face with more than 3 vertices was", "faces with more than 3 vertices were"];
-    (polygons > 0).then(|| format!("{} split into triangles", counted(polygons, was_split)))
 }
 
 /// Writes a number in the shortest form that reads back the same.

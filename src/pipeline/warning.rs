@@ -57,6 +57,9 @@ pub enum WarningCode {
     CutShort,
     /// Textures are not kept.
     Textures,
+    /// A part of the input file was left out: faces without finite coordinates, morph targets, copies of
+    /// meshes.
+    LeftOut,
     /// Points or boundary vertices that are to be kept are not, or not where they were.
     Points,
     /// No part of the surface is in a region to be refined.

@@ -74,11 +74,9 @@ fn faces_and_numbers_that_make_no_sense() {
         |rest: &str, words: &[&str]| refused_file("bad.obj", format!("{POINTS}{rest}").as_bytes(), words);
     obj("f 1 2 5\n", &["line 5", "vertex 5"]);
     obj("f 1 2 3\nf 0 1 2\n", &["line 6", "vertex 0"]);
-    obj("f 1 2 2\n", &["line 5", "twice"]);
-    obj("f 1 2\n", &["line 5", "2 of at least 3"]);
+    obj("f 1 2\n", &["no faces"]);
     obj("l 1 2\n", &["no faces"]);
-    obj("v nan 0 0\nf 1 2 3\n", &["line 5", "nan"]);
-    obj("v 0 inf 0\nf 1 2 3\n", &["line 5", "inf"]);
+    obj("v nan 0 0\nf 1 2 5\n", &["no face has finite coordinates"]);
     let text = |count: usize, rest: &str| {
         let head =
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
@@ -86,9 +84,7 @@ fn faces_and_numbers_that_make_no_sense() {
     };
     let ply = |rest: &str, words: &[&str]| refused_file("bad.ply", text(1, rest).as_bytes(), words);
     ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", &["vertex 3"]);
-    ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 1\n", &["twice"]);
-    ply("0 0 0\n1 0 0\n0 1 0\n2 0 1\n", &["at least 3"]);
-    ply("0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", &["line 11", "vertex 1", "not finite"]);
+    ply("0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", &["no face has finite coordinates"]);
     // Points are no mesh, though a mesh is measured against them.
     let place = Place::new();
     std::fs::write(place.path("bad.ply"), text(0, "0 0 0\n1 0 0\n0 1 0\n")).unwrap();
@@ -101,7 +97,8 @@ fn meshes_without_area() {
     let place = Place::new();
     for (name, points) in [("point", ["2 3 4"; 3]), ("line", ["0 0 0", "1 1 1", "2 2 2"])] {
         let [a, b, c] = points;
-        std::fs::write(place.path("flat.obj"), format!("v {a}\nv {b}\nv {c}\nf 1 2 3\n")).unwrap();
+        let faces = "f 1 2 3\nf 1 2 2\n";
+        std::fs::write(place.path("flat.obj"), format!("v {a}\nv {b}\nv {c}\n{faces}")).unwrap();
         refused(&place, "remesh flat.obj out.ply -n 100 --report r.json", 3, &["flat.obj", "area"]);
         assert_eq!(place.files(), ["flat.obj"], "{name}");
     }

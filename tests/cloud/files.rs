@@ -63,6 +63,12 @@ fn pcd_is_read_as_text_and_binary() {
     let holes = text.replace("4 5 -6", "nan nan nan");
     let loaded = parsed(Format::Pcd, holes).unwrap();
     assert!(loaded.mesh.vertices.len() == 1 && loaded.notes[0].contains("1 point without"));
+    // Columns are told by the points that are there.
+    let text = "1 2 3 0 0 1\nnan nan nan nan nan nan\n-nan(ind) 0 0 9 9 9\n4 5 6 0 1 0\n";
+    let loaded = parsed(Format::Xyz, text).unwrap();
+    let notes = ["the columns were read as x, y, z, nx, ny, nz", "2 points without a position were left out"];
+    assert_eq!(loaded.notes, notes);
+    assert_eq!(PointCloud::from(loaded).normals, [DVec3::Z, DVec3::Y]);
 }
 
 #[test]
@@ -97,7 +103,7 @@ fn hostile_files_are_refused_with_a_place() {
     for (format, text, word) in [
         (Format::Xyz, "1 2\n".to_owned(), "line 1"),
         (Format::Xyz, "1 2 3\n1 2\n".to_owned(), "line 2"),
-        (Format::Xyz, "1 2 3\nnan 2 3\n".to_owned(), "line 2: a coordinate"),
+        (Format::Xyz, "nan 2 3\n".to_owned(), "no point has a finite position"),
         (Format::Xyz, "1 2 3\n1 b 3\n".to_owned(), "'b' is not a number"),
         (Format::Xyz, "1000000000\n1 2 3\n".to_owned(), "cut off"),
         (Format::Xyz, "a b c\n1 2 3\n".to_owned(), "no columns x, y and z"),

@@ -499,6 +499,9 @@ fn morph_targets_are_counted() {
     let weights = json!({ "sampler": 0, "target": { "node": 0, "path": "weights" } });
     add(&mut scene.json["animations"][0]["channels"], weights);
     let loaded = scene.read();
-    assert_eq!(loaded.notes, ["2 morph targets were left out"]);
+    let [(code, text)] = loaded.warnings.as_slice() else { panic!("{:?}", loaded.warnings) };
+    assert_eq!(*code, rtfmesh::WarningCode::LeftOut);
+    assert!(text.starts_with("2 morph targets are not kept: "), "{text}");
+    assert!(loaded.notes.is_empty(), "{:?}", loaded.notes);
     assert_eq!(loaded.attributes.skin.unwrap().animation_count(), 1);
 }

@@ -7,8 +7,11 @@ pub mod gltf_skins;
 pub mod hostile;
 #[cfg(unix)]
 pub mod irregular;
+pub mod not_finite;
 pub mod obj_and_ply;
 pub mod obj_materials;
+pub mod other_programs;
+pub mod polygons;
 pub mod references;
 pub mod refused;
 pub mod round_trips;

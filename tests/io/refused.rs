@@ -61,10 +61,6 @@ const THREE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 #[test]
 fn obj_errors_name_the_line() {
     for (face, problem) in [
-        ("f 1 2", "has 2 of at least 3"),
-        ("f", "has 0 of at least 3"),
-        ("f 1 2 3 2", "lists vertex 2 twice"),
-        ("f 1 2 -2", "lists vertex 2 twice"),
         ("f 1 2 4", "there is no vertex 4, the file has 3"),
         ("f 1 2 9223372036854775807", "there is no vertex 9223372036854775807"),
         ("f 0 1 2", "there is no vertex 0"),
@@ -76,9 +72,6 @@ fn obj_errors_name_the_line() {
         ("f /1 2 3", "'/1' is not a whole number"),
         ("v 1 2", "no z coordinate"),
         ("v 1 2,5 3", "y coordinate '2,5' is not a number"),
-        ("v NaN 2 3", "x coordinate 'NaN' is not finite"),
-        ("v 1 2 -inf", "z coordinate '-inf' is not finite"),
-        ("v 1 2 1e999", "z coordinate '1e999' is not finite"),
         ("o \0", "binary data"),
     ] {
         assert_refused("a.obj", format!("{THREE}f 1 2 3\n{face}\nf 3 2 1\n"), "line 5", problem);
@@ -91,6 +84,7 @@ fn obj_errors_name_the_line() {
 #[test]
 fn obj_without_a_surface() {
     assert_refused("a.obj", format!("{THREE}l 1 2\n"), "", "no faces");
+    assert_refused("a.obj", format!("{THREE}f 1 2\n"), "", "no faces");
     assert_refused("a.obj", "f 1 2 3\n", "", "no vertices");
     assert_refused("a.obj", "# nothing\n", "", "no vertices");
     assert_refused("a.obj", "gibberish in words\n", "", "no vertices");
@@ -110,11 +104,8 @@ const CORNERS: &str = "0 0 0\n1 0 0\n0 1 0\n";
 #[test]
 fn ply_data_errors_name_line_and_element() {
     for (face, problem) in [
-        ("2 0 1\n", "has 2 of at least 3"),
-        ("0     \n", "has 0 of at least 3"),
         ("3 0 1 3\n", "no vertex 3, indices go from 0 to 2"),
         ("3 0 -1 2\n", "no vertex -1"),
-        ("4 0 1 2 1\n", "lists vertex 1 twice"),
         ("3 0 1 x\n", "'x' is not a number"),
         ("3 0 1 1.5\n", "'1.5' is not a number"),
         ("3 0 1 nan\n", "'NaN' is not a number"),
@@ -127,8 +118,6 @@ fn ply_data_errors_name_line_and_element() {
     }
     for (vertex, problem) in [
         ("1 0\n", "too few values"),
-        ("1 nan 0\n", "y coordinate NaN is not finite"),
-        ("1 0 1e999\n", "z coordinate inf is not finite"),
         ("1 0 0,5\n", "'0,5' is not a number"),
         ("1 0 \u{1}\u{1b}[31m\n", r"'\u{1}\u{1b}[31m' is not a number"),
     ] {
@@ -163,7 +152,6 @@ fn ply_header_errors_name_the_line() {
         ("element vertex 3", "element vertex 0", "", "no vertices"),
         ("element face 1", "element face 0", "", "no faces"),
         ("element face 1", "element face 4294967296", "line 12", "declares 4294967296 elements 'face'"),
-        ("element face 1", "element tristrips 1", "", "triangle strips"),
         (
             "element vertex 3",
             "element vertex 4294967295",
@@ -217,10 +205,6 @@ fn binary_ply_cut_off_names_byte_and_element() {
         problem.contains("declares 8 elements 'vertex' of at least 192 bytes, but 191 bytes are left"),
         "{problem}"
     );
-    let at = whole.len() - 12 * 13 - 8 * 24 + 24 + 8;
-    let mut nan = whole.clone();
-    nan[at..at + 8].copy_from_slice(&f64::NAN.to_le_bytes());
-    assert_eq!(refused("a.ply", &nan).1, "the y coordinate NaN is not finite");
 }
 
 /// Cut, flipped, overwritten and doubled copies of `content`, always the same ones.

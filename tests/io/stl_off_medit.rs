@@ -131,9 +131,6 @@ fn stl_is_text_or_binary_by_its_size() {
     let mut none = binary[..84].to_vec();
     none[80..].fill(0);
     assert_refused("a.stl", &none, "", "no");
-    let at = 84 + 50 * 3 + 12;
-    binary[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
-    assert_refused("a.stl", &binary, "byte 234, triangle 3", "not finite");
 }
 
 #[test]
@@ -144,7 +141,7 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
     let Loaded { mesh, notes, .. } = load("a.stl", text);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 4]]);
     assert_eq!(mesh.vertices[4].to_array(), [0.1, 0.0, 1e-300]);
-    assert_eq!(notes, ["1 facet with more than 3 vertices was split into triangles"]);
+    assert_eq!(notes, ["1 face with more than 3 vertices was split into triangles"]);
     let facet = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
     for (content, place, problem) in [
         (format!("solid\n{facet}"), "line 8", "no 'endsolid'"),
@@ -153,7 +150,6 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
         (format!("solid\n{facet}endso"), "line 9", "'endso' does not belong"),
         ("solid\nfacet\nouter loop\nvertex 0 0 0\nendloop\n".into(), "line 5", "has 1 of at least 3"),
         ("solid\nfacet\nouter loop\nvertex 0 0\n".into(), "line 4", "no z coordinate"),
-        ("solid\nfacet\nouter loop\nvertex 0 0 nan\n".into(), "line 4", "'nan' is not finite"),
         ("solid\nfacet\nouter loop\nvertex 0 0 1,5\n".into(), "line 4", "'1,5' is not a number"),
         ("solid\nendsolid\n".into(), "", "no facets"),
         (format!("solid\n{}\0{facet}", facet.repeat(20)), "line 142", "binary data"),
@@ -190,6 +186,10 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         assert_eq!(notes.pop_if(|note| note == lacking).is_some(), head.contains("COFF 4 3 0"), "{head}");
         assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5], "{head}");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]], "{head}");
+        let all = notes.len();
+        notes.retain(|note| !note.ends_with(" of the vertices were ignored"));
+        let lost = [head.contains("NOFF"), head.contains("ST")].map(usize::from);
+        assert_eq!(all - notes.len(), lost[0] + lost[1], "{head}");
         assert_eq!(
             notes,
             [
@@ -217,7 +217,6 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         (format!("OFF\n4 1 0\n{three}3 0 1 2     "), "line 6", "face 0 of 1 is missing"),
         (format!("OFF\n3 2 0\n{three}3 0 1 2    \n"), "line 6", "face 1 of 2 is missing"),
         (format!("OFF\n3 1 0\n{three}3 0 1 3\n"), "line 6, face 0", "no vertex 3, indices go from 0 to 2"),
-        (format!("OFF\n3 1 0\n{three}3 0 1 1\n"), "line 6, face 0", "vertex 1 twice"),
         (format!("OFF\n3 1 0\n{three}3 0 1\n"), "line 6, face 0", "has 2 of 3 vertices"),
         (
             format!("OFF\n3 1 0\n{three}9999999999999 0 1 2\n"),
@@ -225,7 +224,6 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
             "has 3 of 9999999999999 vertices",
         ),
         (format!("OFF\n3 1 0\n{three}3 0 1 -1\n"), "line 6, face 0", "'-1' is not a whole number"),
-        ("OFF\n3 1 0\n0 0 0\n1 0 inf\n0 1 0\n3 0 1 2\n".into(), "line 4, vertex 1", "'inf' is not finite"),
     ] {
         assert_refused("a.off", content, place, problem);
     }
@@ -264,7 +262,6 @@ fn medit_sections_in_any_order_and_layout() {
             "no vertex 0, indices go from 1 to 3",
         ),
         (format!("{start}{vertices}Triangles\n1\n1 2 4 0\nEnd"), "line 10, triangle 1", "no vertex 4"),
-        (format!("{start}{vertices}Triangles\n1\n1 2 2 0\nEnd"), "line 10, triangle 1", "vertex 2 twice"),
         (
             format!("{start}{vertices}Triangles\n1\n1 2 x 0\nEnd"),
             "line 10, triangle 1",
@@ -285,11 +282,6 @@ fn medit_sections_in_any_order_and_layout() {
             format!("{start}Vertices 900000000\n0 0 0 0\nTriangles 1\n1 1 1 0\nEnd"),
             "line 3",
             "declares 900000000 vertices",
-        ),
-        (
-            format!("{start}Vertices\n3\n0 0 0 0\n1 nan 0 0\n0 1 0 0\nTriangles\n1\n1 2 3 0\nEnd"),
-            "line 6, vertex 2",
-            "'nan' is not finite",
         ),
     ] {
         assert_refused("a.mesh", content, place, problem);

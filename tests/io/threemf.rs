@@ -185,7 +185,6 @@ fn packages_that_are_refused() {
             "flat or not finite",
         ),
         ("inch", object(&MESH.replace("v3=\"2\"", "v3=\"3\"")), item, "no vertex 3"),
-        ("inch", object(&MESH.replace("v3=\"2\"", "v3=\"1\"")), item, "lists vertex 1 twice"),
         ("inch", object(&MESH.replace("x=\"1\"", "x=\"nan\"")), item, "not a finite number"),
         ("inch", object(&MESH.replace("</triangles>", "")), item, "not valid XML"),
         ("inch", object("<components><component objectid=\"1\"/></components>"), item, "nested too deep"),
@@ -238,4 +237,30 @@ fn the_program_keeps_parts() {
     for (t, value) in part.values.iter().enumerate() {
         assert_eq!(result.mesh.corners(t)[0].x > 3.0, *value == 1.0, "triangle {t}");
     }
+}
+
+#[test]
+fn parts_beside_the_model_are_left_out() {
+    let object = |id: u32, kind: &str| format!("<object id=\"{id}\" type=\"{kind}\">{MESH}</object>");
+    let resources = format!("{}{}{}", object(1, "model"), object(2, "support"), object(3, "other"));
+    let items = [1, 2, 3].map(|id| format!("<item objectid=\"{id}\"/>")).concat();
+    let build = format!("{items}<item objectid=\"1\" printable=\"0\"/>");
+    let loaded = read_bytes(&one("millimeter", &resources, &build), None).unwrap();
+    assert_eq!(loaded.mesh.triangles.len(), 1);
+    let notes =
+        ["2 parts that are not of the model were ignored", "1 item that is not to be printed was ignored"];
+    assert_eq!(loaded.notes, notes);
+}
+
+#[test]
+fn a_triangle_without_a_group_of_materials_takes_that_of_its_object() {
+    let two = MESH.replace("</triangles>", "<triangle v1=\"2\" v2=\"1\" v3=\"0\" p1=\"1\"/></triangles>");
+    let resources = format!(
+        "<basematerials id=\"7\"><base name=\"a\"/><base name=\"b\"/></basematerials>\
+         <object id=\"1\" pid=\"7\" pindex=\"0\">{two}</object>"
+    );
+    let loaded = read_bytes(&one("millimeter", &resources, "<item objectid=\"1\"/>"), None).unwrap();
+    let material = loaded.attributes.face_named("material").unwrap();
+    let names: Vec<&str> = (0..2).map(|t| material.names[material.at(t)[0] as usize].as_str()).collect();
+    assert_eq!(names, ["a", "b"]);
 }

@@ -31,6 +31,8 @@ pub(crate) struct Model {
     images: Value,
     #[serde(default)]
     extensions_required: Vec<String>,
+    #[serde(default)]
+    extensions_used: Vec<String>,
 }
 
 #[derive(Deserialize)]
@@ -162,15 +164,30 @@ impl Model {
         self.images.as_array().map_or(0, Vec::len)
     }
 
+    /// Whether an extension may make copies of meshes, which are not read.
+    pub fn has_copies(&self) -> bool {
+        self.extensions_used.iter().any(|name| name == "EXT_mesh_gpu_instancing")
+    }
+
     /// Refuses other versions, and required extensions that may define triangles.
     pub fn check(&self) -> Result<()> {
         if self.asset.version.split('.').next() != Some("2") {
             let problem = format!("this is glTF version {}, not 2", excerpt(&self.asset.version));
             return Err(Error::input(Some("asset".to_owned()), problem, "export the mesh again as glTF 2.0"));
         }
-        // Extensions for materials and lights do not affect triangles.
+        // Extensions for materials, lights and data about the file do not affect triangles.
         let harmless = |name: &String| {
-            let starts = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"];
+            let starts = [
+                "KHR_materials_",
+                "KHR_texture_",
+                "EXT_texture_",
+                "KHR_lights_",
+                "EXT_lights_",
+                "KHR_xmp",
+                "KHR_animation_pointer",
+                "EXT_mesh_features",
+                "EXT_structural_metadata",
+            ];
             name == "KHR_mesh_quantization" || starts.iter().any(|start| name.starts_with(start))
         };
         if let Some(name) = self.extensions_required.iter().find(|name| !harmless(name)) {

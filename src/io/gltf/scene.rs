@@ -12,7 +12,7 @@ use crate::grammar::counted;
 use crate::io::checks::{check_counts, outgrows};
 use crate::io::loaded::Loaded;
 use crate::mesh::attributes::{Attributes, Influences};
-use crate::{Error, Result, TriMesh};
+use crate::{Error, Result, TriMesh, WarningCode};
 
 /// Maximum number of bytes that a vertex or a triangle takes with its attributes.
 const VERTEX_BYTES: usize = 24 + 64 + 48;
@@ -54,9 +54,18 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, json: 
         let primitives = ["primitive of points or lines was", "primitives of points and lines were"];
         notes.push(format!("{} ignored", counted(merged.ignored_primitives, primitives)));
     }
+    let mut warnings = Vec::new();
+    if model.has_copies() {
+        let problem = "of meshes that EXT_mesh_gpu_instancing repeats, one copy is read";
+        let text = format!("{problem}: export the scene again without that extension");
+        warnings.push((WarningCode::LeftOut, text));
+    }
     if merged.ignored_targets > 0 {
-        let targets = ["morph target was", "morph targets were"];
-        notes.push(format!("{} left out", counted(merged.ignored_targets, targets)));
+        let lost = counted(merged.ignored_targets, ["morph target is", "morph targets are"]);
+        let text = format!(
+            "{lost} not kept: export the shapes as meshes, and carry the result over to them by `Follower`"
+        );
+        warnings.push((WarningCode::LeftOut, text));
     }
     if merged.skins.is_none() {
         let count = animation_count(json);
@@ -67,7 +76,7 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, json: 
     }
     let skin = merged.skins.and_then(|skins| skins.finish(size, &mut notes));
     let attributes = Attributes { skin, ..merged.attributes.into_attributes(model, &mut notes) };
-    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
+    Ok(Loaded { mesh, attributes, notes, warnings, ..Loaded::default() })
 }
 
 /// Calls `visit` for each node of the default scene with its index, its parent and its transform to the
@@ -197,11 +206,6 @@ impl SceneMerger<'_> {
         self.check_size(elements.count.saturating_mul(VERTEX_BYTES + influences), place)?;
         let transformed = elements.positions().map(|position| transform.transform_point3(position));
         self.mesh.vertices.extend(transformed);
-        let added = self.mesh.vertices.iter().skip(first);
-        if let Some(bad) = added.into_iter().position(|vertex| !vertex.is_finite()) {
-            let place = Some(format!("{place}, vertex {bad}"));
-            return Err(Error::input(place, "a coordinate is not finite", "remove or repair the vertex"));
-        }
         // In range, as checked above.
         Ok((first as u32, elements.count))
     }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 
 use crate::TriMesh;
 use crate::grammar::counted;
+use crate::io::polygons::Fans;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// Keywords of lines that give all faces after them a label, with the names of the attributes.
@@ -148,15 +149,16 @@ impl AttributeReader {
     pub(crate) fn end_face(&mut self) {
         let triangle = self.corners.len() / 3;
         self.labels.iter_mut().for_each(|labels| labels.label(triangle));
-        if let [first, others @ ..] = self.face.as_slice() {
-            for pair in others.windows(2) {
-                for [vertex, uv, normal] in [*first, pair[0], pair[1]] {
-                    self.corner_uvs.push(self.corners.len(), uv);
-                    self.corner_normals.push(self.corners.len(), normal);
-                    self.corners.push(vertex);
-                }
-            }
+        for [vertex, uv, normal] in Fans::triangles(&self.face).flatten() {
+            self.corner_uvs.push(self.corners.len(), uv);
+            self.corner_normals.push(self.corners.len(), normal);
+            self.corners.push(vertex);
         }
+        self.face.clear();
+    }
+
+    /// Leaves out the current face.
+    pub(crate) fn skip_face(&mut self) {
         self.face.clear();
     }
 
@@ -183,7 +185,8 @@ impl AttributeReader {
         let uv = self.uv(notes);
         for ((word, name), labels) in LABELS.into_iter().zip(self.labels) {
             // A single group of all faces is no information.
-            let is_informative = labels.names.len() > 1 || (word == "usemtl" && labels.names != [""]);
+            let is_informative = labels.names.len() > 1
+                || (word == "usemtl" && labels.names.first().is_some_and(|name| !name.is_empty()));
             if is_informative {
                 let values = labels.values(mesh.triangles.len());
                 let names = labels.names;
@@ -205,7 +208,11 @@ impl AttributeReader {
         let of = |number: &u32| self.colours.get((*number as usize).wrapping_sub(1));
         let numbers =
             file_numbers.iter().flat_map(|number| of(number).into_iter().flatten().take(components));
-        Some(Attribute::new("colour", Role::Colour, Kind::F64, components, numbers.copied().collect()))
+        let values: Vec<f64> = numbers.copied().collect();
+        // Some programs write 0 to 255 in place of 0 to 1.
+        let is_of_bytes = values.iter().any(|x| *x > 1.0) && values.iter().all(|x| Kind::U8.holds(*x));
+        let kind = if is_of_bytes { Kind::U8 } else { Kind::F64 };
+        Some(Attribute::new("colour", Role::Colour, kind, components, values))
     }
 
     fn uv(&self, notes: &mut Vec<String>) -> Option<CornerUv> {
@@ -225,6 +232,16 @@ impl AttributeReader {
 
     fn normal(&self, mesh: &TriMesh, notes: &mut Vec<String>) -> Option<Attribute> {
         let CornerIndices(corners) = &self.corner_normals;
+        // In MeshLab's files of points, each has its normal.
+        if mesh.triangles.is_empty() && self.normals.len() == mesh.vertices.len() {
+            return Some(Attribute::new(
+                "normal",
+                Role::Normal,
+                Kind::F64,
+                3,
+                self.normals.as_flattened().to_vec(),
+            ));
+        }
         if corners.is_empty() {
             return None;
         }

@@ -2,10 +2,15 @@
 
 use std::borrow::Cow;
 
+/// Keywords before a name, which may have any characters.
+const NAMED: [&str; 9] = ["g", "o", "usemtl", "mtllib", "newmtl", "bump", "disp", "refl", "norm"];
+
 /// The lines without comments, joined where they end in a backslash, each with the number of its first line
 /// from 1.
 pub(crate) fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, str>)> {
-    let mut lines = (1..).zip(text.lines());
+    // Old programs end lines by CR alone.
+    let end = if text.contains('\n') { '\n' } else { '\r' };
+    let mut lines = (1..).zip(text.split(end));
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
         let mut joined = Cow::Borrowed(without_comment(first));
@@ -20,8 +25,19 @@ pub(crate) fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, st
     })
 }
 
+/// A comment begins with `#` at the start of a word. Names of groups, materials and files may have words that
+/// begin so, as in "Material #25"; a comment after them begins with `#` and a blank.
 fn without_comment(line: &str) -> &str {
-    line.split('#').next().unwrap_or(line).trim_end()
+    let keyword = line.split_whitespace().next().unwrap_or_default().to_ascii_lowercase();
+    let is_named = NAMED.contains(&keyword.as_str()) || keyword.starts_with("map_");
+    let begins = |(at, _): &(usize, &str)| {
+        let (before, after) = (&line[..*at], &line[at + 1..]);
+        let is_word = before.is_empty() || before.ends_with(char::is_whitespace);
+        let is_alone = after.is_empty() || after.starts_with(char::is_whitespace);
+        is_word && (!is_named || is_alone)
+    };
+    let comment = line.match_indices('#').find(begins);
+    comment.map_or(line, |(at, _)| &line[..at]).trim_end()
 }
 
 /// The place of an error.

@@ -162,6 +162,7 @@ fn read_library(text: &str, folder: &str, known: &mut HashMap<String, Material>)
     for (_, line) in logical_lines(text) {
         let mut words = line.split_whitespace();
         let Some(keyword) = words.next() else { continue };
+        let keyword = keyword.to_ascii_lowercase();
         if keyword == "newmtl" {
             if let Some((name, material)) = open.take() {
                 known.entry(name).or_insert(material);
@@ -177,14 +178,15 @@ fn read_library(text: &str, folder: &str, known: &mut HashMap<String, Material>)
         };
         // One number stands for three.
         let colour = || Some([share(0)?, share(1).or(share(0))?, share(2).or(share(0))?]);
-        match keyword {
-            "Kd" => material.colour = colour().unwrap_or(material.colour),
-            "Ke" => material.emission = colour().unwrap_or(material.emission),
+        match keyword.as_str() {
+            "kd" => material.colour = colour().unwrap_or(material.colour),
+            "ke" => material.emission = colour().unwrap_or(material.emission),
             "d" => material.opacity = share(0).unwrap_or(1.0),
-            "Tr" => material.opacity = 1.0 - share(0).unwrap_or(0.0),
-            "Pm" => material.metallic = share(0).unwrap_or(0.0),
-            "Pr" => material.roughness = share(0).unwrap_or(1.0),
-            "map_Kd" => material.picture = picture(&words, folder),
+            // Some programs write 1 for opaque, and nobody writes materials that are invisible.
+            "tr" => material.opacity = share(0).filter(|share| *share < 1.0).map_or(1.0, |share| 1.0 - share),
+            "pm" => material.metallic = share(0).unwrap_or(0.0),
+            "pr" => material.roughness = share(0).unwrap_or(1.0),
+            "map_kd" => material.picture = picture(&words, folder),
             _ => {}
         }
     }

@@ -16,11 +16,12 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::checks::{check_counts, check_vertex_count, excerpt, find_duplicate, refuse_binary};
+use super::checks::{check_counts, check_vertex_count, excerpt, refuse_binary};
 use super::loaded::Loaded;
 use super::references::References;
 use crate::grammar::counted;
-use crate::io::text::split_note;
+use crate::io::polygons::{Fans, short_faces_note};
+use crate::io::text::number;
 use crate::{Error, Result, TriMesh};
 use attributes::AttributeReader;
 use logical_lines::{at_line, logical_lines};
@@ -36,14 +37,15 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
         scan.read_line(line, &content)?;
     }
     scan.check()?;
-    let mesh = if scan.faces == 0 { points(&scan.plain) } else { read_with_tobj(&scan.plain)? };
+    let mut mesh = if scan.faces == 0 { points(&scan.plain) } else { read_with_tobj(&scan.plain)? };
     let mut notes = scan.notes();
     let unused = scan.vertices - mesh.vertices.len() as u64;
     if unused > 0 {
         let vertices = ["vertex that no face uses was", "vertices that no face uses were"];
         notes.push(format!("{} left out", counted(unused, vertices)));
     }
-    let attributes = scan.attributes.into_attributes(&mesh, &mut notes);
+    let mut attributes = scan.attributes.into_attributes(&mesh, &mut notes);
+    scan.fans.unfold(&mut mesh, attributes.uv.as_mut());
     let mut loaded = Loaded { mesh, attributes, notes, ..Loaded::default() };
     if !loaded.attributes.libraries.is_empty() {
         loaded.attributes.library_folder = references.folder().map(Path::to_owned);
@@ -60,7 +62,9 @@ struct Scan {
     plain: String,
     vertices: u64,
     faces: u64,
-    polygons: u64,
+    triangles: usize,
+    fans: Fans,
+    short_faces: u64,
     points_and_lines: u64,
     attributes: AttributeReader,
     unknown_keywords: BTreeSet<String>,
@@ -68,7 +72,6 @@ struct Scan {
     /// which may still follow.
     undefined: Vec<(u64, u64)>,
     corners: Vec<u64>,
-    sorted: Vec<u64>,
 }
 
 impl Scan {
@@ -97,16 +100,12 @@ impl Scan {
                 let problem = format!("the vertex has no {axis} coordinate");
                 return Err(Error::input(at_line(line), problem, "give each vertex three coordinates"));
             };
-            let Ok(value) = word.parse::<f64>() else {
+            let Some(value) = number(word.as_bytes()) else {
                 let problem = format!("the {axis} coordinate '{}' is not a number", excerpt(word));
                 return Err(Error::input(at_line(line), problem, "write plain decimal numbers"));
             };
-            if !value.is_finite() {
-                let problem = format!("the {axis} coordinate '{}' is not finite", excerpt(word));
-                return Err(Error::input(at_line(line), problem, "remove or repair the vertex"));
-            }
             self.plain.push(' ');
-            self.plain.push_str(word);
+            self.plain.push_str(if value.is_nan() { "nan" } else { word });
         }
         self.plain.push('\n');
         self.attributes.read_vertex(words);
@@ -123,12 +122,9 @@ impl Scan {
         }
         let count = self.corners.len();
         if count < 3 {
-            let problem = format!("the face has {count} of at least 3 vertices");
-            return Err(Error::input(at_line(line), problem, "remove the face"));
-        }
-        if let Some(vertex) = find_duplicate(&self.corners, &mut self.sorted) {
-            let problem = format!("the face lists vertex {vertex} twice");
-            return Err(Error::input(at_line(line), problem, "remove the face or the repeated vertex"));
+            self.short_faces += 1;
+            self.attributes.skip_face();
+            return Ok(());
         }
         self.attributes.end_face();
         self.plain.push('f');
@@ -138,7 +134,8 @@ impl Scan {
         }
         self.plain.push('\n');
         self.faces += 1;
-        self.polygons += u64::from(count > 3);
+        self.fans.add(self.triangles, count);
+        self.triangles += count - 2;
         Ok(())
     }
 
@@ -167,7 +164,7 @@ impl Scan {
     /// Checks what only the whole file shows.
     fn check(&self) -> Result<()> {
         // Nothing but vertices are points.
-        if self.points_and_lines == 0 {
+        if self.points_and_lines == 0 && self.short_faces == 0 {
             check_vertex_count(self.vertices)?;
         } else {
             check_counts(self.vertices, self.faces)?;
@@ -185,7 +182,8 @@ impl Scan {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        notes.extend(split_note(self.polygons));
+        notes.extend(self.fans.note());
+        notes.extend(short_faces_note(self.short_faces));
         if self.points_and_lines > 0 {
             let elements = ["point or line element was", "point and line elements were"];
             notes.push(format!("{} ignored", counted(self.points_and_lines, elements)));

@@ -95,6 +95,9 @@ pub(crate) fn write(
                 *current = number;
                 let own_name = number.and_then(|number| label.names.get(number).cloned());
                 let label_name = own_name.unwrap_or_else(|| format!("{name}{}", number.unwrap_or_default()));
+                // A name is the rest of its line, which a backslash would continue.
+                let label_name = label_name.replace(char::is_control, " ");
+                let label_name = label_name.trim_end_matches(['\\', ' ']);
                 // The label without a name is that of faces before the first such line.
                 writeln!(file, "{}", format!("{keyword} {label_name}").trim_end())?;
             }

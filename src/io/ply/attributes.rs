@@ -13,6 +13,24 @@ const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 const TEXTURE: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
+/// Other names of colours and normals, in their order.
+const OTHER_NAMES: [([&str; 3], [&str; 3]); 3] = [
+    (["diffuse_red", "diffuse_green", "diffuse_blue"], ["red", "green", "blue"]),
+    (["r", "g", "b"], ["red", "green", "blue"]),
+    (["normal_x", "normal_y", "normal_z"], ["nx", "ny", "nz"]),
+];
+
+/// The usual name of a property, where an element has all three with other names that mean the same.
+fn usual_name<'a>(element: &Element, name: &'a str) -> &'a str {
+    let has = |name: &str| element.properties.iter().any(|property| property.name == name);
+    let known = OTHER_NAMES.iter().find_map(|(names, usual)| {
+        let at = names.iter().position(|own| *own == name)?;
+        let fits = names.iter().all(|own| has(own)) && !usual.iter().any(|own| has(own));
+        fits.then_some(usual[at])
+    });
+    known.unwrap_or(name)
+}
+
 /// The values of one scalar property.
 struct Column {
     /// Its index among the element's properties.
@@ -35,7 +53,7 @@ impl Columns {
     pub(crate) fn new(element: &Element, excluded: &[usize]) -> Self {
         let column = |(at, property): (usize, &super::header::Property)| match property.values {
             Values::Scalar(kind) if !excluded.contains(&at) => {
-                let name = property.name.clone();
+                let name = usual_name(element, &property.name).to_owned();
                 Some(Column { property: at, name, kind, values: Vec::new(), invalid: None })
             }
             _ => None,
@@ -55,8 +73,6 @@ impl Columns {
                 column.invalid.get_or_insert(value.to_string());
                 0.0
             }
-            // Some programs write "nan" with a sign or digits, such as "-nan(ind)".
-            Err(Fault::NotANumber(word)) if kind.range().is_none() && is_nan(&word) => f64::NAN,
             Err(Fault::NotANumber(word)) => {
                 column.invalid.get_or_insert(word);
                 0.0
@@ -67,11 +83,12 @@ impl Columns {
         Ok(true)
     }
 
-    /// Repeats the values read last so that there are `copies` of them: one for each triangle of a face.
+    /// Makes `copies` of the values read last: one for each triangle of a face, and none for one that is left
+    /// out.
     pub(crate) fn repeat_last(&mut self, copies: usize) {
         for column in &mut self.columns {
             let last = column.values.last().copied().unwrap_or(0.0);
-            column.values.resize(column.values.len() + copies.saturating_sub(1), last);
+            column.values.resize((column.values.len() + copies).saturating_sub(1), last);
         }
     }
 
@@ -89,10 +106,6 @@ impl Columns {
         }
         valid
     }
-}
-
-fn is_nan(word: &str) -> bool {
-    word.trim_start_matches(['+', '-']).get(..3).is_some_and(|start| start.eq_ignore_ascii_case("nan"))
 }
 
 /// Removes the columns with these names and returns them, if all exist and have the same type.
@@ -150,7 +163,7 @@ impl UvLists {
     pub(crate) fn end_face(&mut self, corners: usize) {
         let pairs = self.current_face.as_chunks::<2>().0;
         let is_complete = pairs.len() == corners && self.current_face.len() == 2 * corners;
-        self.incomplete += u64::from(!is_complete);
+        self.incomplete += u64::from(!is_complete && corners > 2);
         let at = |k: usize| pairs.get(k).copied().filter(|_| is_complete).unwrap_or_default();
         let fan = (1..corners.saturating_sub(1)).flat_map(|k| [at(0), at(k), at(k + 1)]);
         self.corners.extend(fan);

@@ -3,6 +3,7 @@
 use super::header::Encoding;
 use crate::io::binary::size;
 use crate::io::checks::excerpt;
+use crate::io::text::number;
 use crate::mesh::attributes::Kind;
 
 /// Why no number could be read.
@@ -83,8 +84,7 @@ impl Source for Text<'_> {
 
     fn value(&mut self, _: Kind) -> Reading<f64> {
         let word = self.word()?;
-        let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
-        number.ok_or_else(|| Fault::NotANumber(excerpt(&String::from_utf8_lossy(word))))
+        number(word).ok_or_else(|| Fault::NotANumber(excerpt(&String::from_utf8_lossy(word))))
     }
 
     fn skip(&mut self, _: Kind, count: u64) -> Reading<()> {

@@ -10,19 +10,21 @@
 pub(crate) mod attributes;
 mod data;
 mod header;
+mod strips;
 pub(crate) mod write;
 
 use glam::DVec3;
 
-use super::checks::{check_vertex_count, cut_off, excerpt, find_duplicate, too_much, without_padding};
+use super::checks::{check_vertex_count, cut_off, excerpt, too_much, without_padding};
 use super::loaded::Loaded;
 use crate::grammar::counted;
-use crate::io::text::split_note;
+use crate::io::polygons::{Fans, short_faces_note};
 use crate::mesh::attributes::{Attributes, Kind};
 use crate::{Error, Result, TriMesh};
 use attributes::{Columns, UvLists, build_attributes};
 use data::{Binary, Fault, Reading, Source, Text};
 use header::{Element, Encoding, Header, Values};
+use strips::read_strips;
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if !bytes.starts_with(b"ply\n") && !bytes.starts_with(b"ply\r") {
@@ -59,10 +61,6 @@ impl Layout {
     fn of(header: &Header) -> Result<Self> {
         let count = |name| header.element(name).map_or(0, |element| element.count);
         let vertices = count("vertex");
-        if count("face") == 0 && header.element("tristrips").is_some() {
-            let problem = "the surface is stored as triangle strips, which are not supported";
-            return Err(Error::input(None, problem, "export the mesh again with plain faces"));
-        }
         check_vertex_count(vertices)?;
         let Some(vertex) = header.element("vertex") else {
             return Err(Error::Internal("a PLY element was counted but is missing".to_owned()));
@@ -81,7 +79,6 @@ impl Layout {
         let Some(face) = header.element("face").filter(|face| face.count > 0) else {
             return Ok(Self { axes, corners: usize::MAX, uv: None, vertices });
         };
-        let is_corners = |name: &str| name == "vertex_indices" || name == "vertex_index";
         let corners = face.properties.iter().position(|property| {
             is_corners(&property.name)
                 && matches!(property.values, Values::List { item, .. } if item.range().is_some())
@@ -98,10 +95,17 @@ impl Layout {
     }
 }
 
+/// Whether a list of this name has the corners of faces.
+fn is_corners(name: &str) -> bool {
+    name == "vertex_indices" || name == "vertex_index"
+}
+
 fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> Result<Loaded> {
     let mut mesh = TriMesh::default();
     let mut notes = Vec::new();
     let (mut vertex_columns, mut face_columns) = (None, None);
+    let mut fans = Fans::default();
+    let has_faces = header.element("face").is_some_and(|face| face.count > 0);
     for element in &header.elements {
         check_declared_size(element, header.encoding, &source)?;
         match element.name.as_str() {
@@ -111,11 +115,15 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
                 vertex_columns = Some(columns);
             }
             "face" => {
-                let polygons;
                 let mut columns = (Columns::new(element, &[]), UvLists::default());
-                (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut columns)?;
+                let short;
+                (mesh.triangles, fans, short) = read_faces(element, layout, &mut source, &mut columns)?;
                 face_columns = Some(columns);
-                notes.extend(split_note(polygons));
+                notes.extend(fans.note());
+                notes.extend(short_faces_note(short));
+            }
+            "tristrips" if !has_faces => {
+                mesh.triangles = read_strips(element, layout.vertices, &mut source)?;
             }
             other => {
                 skip_element(element, &mut source)?;
@@ -147,6 +155,7 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
         let uv = layout.uv.map(|(_, kind)| (kind, uv));
         attributes = build_attributes(&mesh, (vertex, face), uv, &mut notes);
     }
+    fans.unfold(&mut mesh, attributes.uv.as_mut());
     notes.extend(source.note());
     Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
 }
@@ -190,13 +199,6 @@ fn read_vertices<S: Source>(
     for index in 0..element.count {
         let vertex = read_vertex(element, layout, source, columns);
         let vertex = vertex.map_err(|fault| element_error(fault, element, index, source))?;
-        for (axis, value) in ["x", "y", "z"].iter().zip(vertex.to_array()) {
-            if !value.is_finite() {
-                let place = Some(format!("{}, vertex {index}", source.place()));
-                let problem = format!("the {axis} coordinate {value} is not finite");
-                return Err(Error::input(place, problem, "remove or repair the vertex"));
-            }
-        }
         vertices.push(vertex);
     }
     Ok(vertices)
@@ -222,15 +224,17 @@ fn read_vertex<S: Source>(
     Ok(DVec3::from_array(position))
 }
 
+/// The triangles, which of them are fans, and the number of faces with fewer than three corners, which are
+/// left out.
 fn read_faces<S: Source>(
     element: &Element,
     layout: &Layout,
     source: &mut S,
     columns: &mut (Columns, UvLists),
-) -> Result<(Vec<[u32; 3]>, u64)> {
+) -> Result<(Vec<[u32; 3]>, Fans, u64)> {
     let mut triangles = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
-    let mut polygons = 0;
-    let (mut corners, mut sorted) = (Vec::new(), Vec::new());
+    let (mut fans, mut short) = (Fans::default(), 0);
+    let (mut corners, mut own) = (Vec::new(), Vec::new());
     for index in 0..element.count {
         corners.clear();
         let face = read_face(element, layout, source, &mut corners, columns);
@@ -238,12 +242,6 @@ fn read_faces<S: Source>(
         let problem = |problem: String, remedy: &str| {
             Err(Error::input(Some(format!("{}, face {index}", source.place())), problem, remedy))
         };
-        if corners.len() < 3 {
-            return problem(
-                format!("the face has {} of at least 3 vertices", corners.len()),
-                "remove the face",
-            );
-        }
         if let Some(bad) = corners.iter().find(|corner| !(0.0..layout.vertices as f64).contains(*corner)) {
             let last = layout.vertices - 1;
             return problem(
@@ -252,24 +250,17 @@ fn read_faces<S: Source>(
             );
         }
         // In range, as checked above.
-        let fan: Vec<u32> = corners.iter().map(|corner| *corner as u32).collect();
-        if let Some(vertex) = find_duplicate(&fan, &mut sorted) {
-            let remedy = "remove the face or the repeated vertex";
-            return problem(format!("the face lists vertex {vertex} twice"), remedy);
-        }
-        if let [first, others @ ..] = fan.as_slice() {
-            triangles.extend(others.windows(2).filter_map(|pair| match pair {
-                [second, third] => Some([*first, *second, *third]),
-                _ => None,
-            }));
-        }
-        columns.0.repeat_last(fan.len() - 2);
+        own.clear();
+        own.extend(corners.iter().map(|corner| *corner as u32));
+        fans.add(triangles.len(), own.len());
+        triangles.extend(Fans::triangles(&own));
+        columns.0.repeat_last(own.len().saturating_sub(2));
         if layout.uv.is_some() {
-            columns.1.end_face(fan.len());
+            columns.1.end_face(own.len());
         }
-        polygons += u64::from(fan.len() > 3);
+        short += u64::from(own.len() < 3);
     }
-    Ok((triangles, polygons))
+    Ok((triangles, fans, short))
 }
 
 fn read_face<S: Source>(

@@ -16,7 +16,7 @@ pub(super) struct Column {
 }
 
 /// Other names of columns, in small letters.
-const SAME: [(&str, &str); 12] = [
+const SAME: [(&str, &str); 16] = [
     ("r", "red"),
     ("g", "green"),
     ("b", "blue"),
@@ -29,6 +29,11 @@ const SAME: [(&str, &str); 12] = [
     ("z-coordinate", "z"),
     ("rf", "red"),
     ("gf", "green"),
+    ("bf", "blue"),
+    // ParaView's.
+    ("points:0", "x"),
+    ("points:1", "y"),
+    ("points:2", "z"),
 ];
 
 /// The name that stands for all that mean the same.
@@ -37,17 +42,12 @@ pub(super) fn usual_name(name: &str) -> String {
     SAME.iter().find(|(other, _)| *other == name).map_or(name, |(_, usual)| (*usual).to_owned())
 }
 
-/// Puts columns of equal lengths together: x, y and z, a normal, a colour, and others for themselves. With
-/// `skips_missing`, points without a finite position are left out with a note.
+/// Puts columns of equal lengths together: x, y and z, a normal, a colour, and others for themselves.
+/// Points without a finite position are left out with a note.
 ///
 /// # Errors
-/// [`Error::Input`] without x, y and z, without points, and for coordinates that are not finite.
-pub(super) fn load_columns(
-    mut columns: Vec<Column>,
-    skips_missing: bool,
-    place: &dyn Fn(usize) -> String,
-    mut notes: Vec<String>,
-) -> Result<Loaded> {
+/// [`Error::Input`] without x, y and z, and without points.
+pub(super) fn load_columns(mut columns: Vec<Column>, mut notes: Vec<String>) -> Result<Loaded> {
     let Some(position) = take(&mut columns, &["x", "y", "z"]) else {
         let problem = "there are no columns x, y and z";
         return Err(Error::input(None, problem, "name them, or leave all names out"));
@@ -55,10 +55,6 @@ pub(super) fn load_columns(
     let [x, y, z] = [0, 1, 2].map(|axis| &position[axis].values);
     let points: Vec<DVec3> = x.iter().zip(y).zip(z).map(|((x, y), z)| DVec3::new(*x, *y, *z)).collect();
     let missing = points.iter().filter(|p| !p.is_finite()).count();
-    if let Some(first) = points.iter().position(|p| !p.is_finite()).filter(|_| !skips_missing) {
-        let problem = format!("a coordinate of {} is not finite", points[first]);
-        return Err(Error::input(Some(place(first)), problem, "remove or repair the point"));
-    }
     if missing == points.len() {
         let problem = if missing > 0 { "no point has a finite position" } else { "the file has no points" };
         return Err(Error::input(None, problem, "give a file with points"));

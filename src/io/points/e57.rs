@@ -116,6 +116,6 @@ impl Columns {
                 notes.push(format!("{what} were left out: {points} none"));
             }
         }
-        load_columns(columns, false, &|i| format!("point {i}"), notes)
+        load_columns(columns, notes)
     }
 }

@@ -220,6 +220,6 @@ impl Columns {
         let withheld = self.withheld;
         let points = ["point marked as withheld was", "points marked as withheld were"];
         let notes = (withheld > 0).then(|| format!("{} left out", counted(withheld, points)));
-        load_columns(columns, false, &|i| format!("point {i}"), notes.into_iter().collect())
+        load_columns(columns, notes.into_iter().collect())
     }
 }

@@ -178,7 +178,7 @@ fn finish(columns: Vec<Option<Column>>) -> Result<Loaded> {
         }
     }
     // Depth cameras write NaN where they see nothing.
-    load_columns(all, true, &|i| format!("point {i}"), Vec::new())
+    load_columns(all, Vec::new())
 }
 
 fn text(header: &Header) -> Result<Loaded> {

@@ -143,6 +143,8 @@ struct Build<'a> {
     numbers: HashMap<(String, [u32; 2]), usize>,
     material_of: Vec<f64>,
     instances: usize,
+    /// Parts that are not of the model.
+    beside: usize,
 }
 
 impl<'a> Build<'a> {
@@ -156,6 +158,7 @@ impl<'a> Build<'a> {
             numbers: HashMap::new(),
             material_of: Vec::new(),
             instances: 0,
+            beside: 0,
         }
     }
 
@@ -187,6 +190,10 @@ impl<'a> Build<'a> {
         let Some(object) = model.objects.get(&item.object) else {
             return refuse(format!("there is no object {}", item.object));
         };
+        if object.is_beside {
+            self.beside += 1;
+            return Ok(());
+        }
         let name = object.name.as_deref().or(name);
         match &object.content {
             Content::Components(parts) => {
@@ -259,7 +266,7 @@ impl<'a> Build<'a> {
     }
 
     fn finish(self, with_materials: bool) -> Result<Loaded> {
-        let Self { mesh, parts, part_of, materials, material_of, package, .. } = self;
+        let Self { mesh, parts, part_of, materials, material_of, package, beside, .. } = self;
         check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
         let mut attributes = Attributes::default();
         let mut label = |name: &str, values: Vec<f64>, names: Vec<String>| {
@@ -285,18 +292,23 @@ impl<'a> Build<'a> {
                 attributes.materials = Some(Materials { materials, ..Materials::default() });
             }
         }
-        Ok(Loaded { mesh, attributes, notes: notes(&package), ..Loaded::default() })
+        Ok(Loaded { mesh, attributes, notes: notes(&package, beside), ..Loaded::default() })
     }
 }
 
 /// What of the models was not read.
-fn notes(package: &Package) -> Vec<String> {
+fn notes(package: &Package, beside: usize) -> Vec<String> {
     let note = |count: fn(&Model) -> usize, what: [&str; 2]| {
         let count: usize = package.models.values().map(|model| count(model)).sum();
         (count > 0).then(|| format!("{} ignored", counted(count, what)))
     };
     let objects = ["object of another kind than a mesh was", "objects of other kinds than meshes were"];
+    let parts =
+        ["part that is not of the model, such as support, was", "parts that are not of the model were"];
+    let items = ["item that is not to be printed was", "items that are not to be printed were"];
     let all = [
+        (beside > 0).then(|| format!("{} ignored", counted(beside, parts))),
+        note(|model| model.unprinted, items),
         note(|model| model.skipped, objects),
         note(|model| model.textures, ["texture was", "textures were"]),
         note(|model| model.colour_groups, ["group of colours was", "groups of colours were"]),

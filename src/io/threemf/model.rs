@@ -31,6 +31,8 @@ pub(super) struct Model {
     pub build: Vec<Reference>,
     /// Objects without mesh and components.
     pub skipped: usize,
+    /// Items of the build that are not to be printed.
+    pub unprinted: usize,
     /// Pictures, and groups of colours, which are not read.
     pub textures: usize,
     pub colour_groups: usize,
@@ -39,6 +41,8 @@ pub(super) struct Model {
 #[derive(Debug)]
 pub(super) struct Object {
     pub name: Option<String>,
+    /// Whether it is no part of the model, but support or what a program has for its own use.
+    pub is_beside: bool,
     /// Group and index of its material.
     pub material: Option<[u32; 2]>,
     pub content: Content,
@@ -126,6 +130,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Model> {
         materials: HashMap::new(),
         build: Vec::new(),
         skipped: 0,
+        unprinted: 0,
         textures: 0,
         colour_groups: 0,
     };
@@ -191,7 +196,9 @@ impl Walk {
                     _ => None,
                 };
                 let name = attribute(tag, "name").map(Cow::into_owned).filter(|name| !name.trim().is_empty());
-                let object = Object { name, material, content: Content::Mesh(Mesh::default()) };
+                let kind = attribute(tag, "type").unwrap_or_default();
+                let is_beside = matches!(kind.as_ref(), "support" | "solidsupport" | "other");
+                let object = Object { name, is_beside, material, content: Content::Mesh(Mesh::default()) };
                 self.open = Some(Open { id: require(tag, "id")?, object, has_content: false });
             }
             "mesh" => {
@@ -215,6 +222,7 @@ impl Walk {
                     parts.push(part);
                 }
             }
+            "item" if attribute(tag, "printable").is_some_and(|is| is == "0") => self.model.unprinted += 1,
             "item" => self.model.build.push(reference(tag)?),
             "texture2d" => self.model.textures += 1,
             "colorgroup" => self.model.colour_groups += 1,
@@ -276,6 +284,8 @@ impl Walk {
     }
 
     fn triangle(&mut self, tag: &BytesStart) -> Result<()> {
+        let group_of_object =
+            self.open.as_ref().and_then(|open| open.object.material).map(|[group, _]| group);
         let Some(mesh) = self.mesh() else { return Ok(()) };
         let mut corners = [0; 3];
         for (name, corner) in ["v1", "v2", "v3"].iter().zip(&mut corners) {
@@ -285,7 +295,7 @@ impl Walk {
         let count = mesh.triangles.len();
         faces.push(&corners, &|| format!("triangle {count}"))?;
         mesh.triangles.append(&mut faces.triangles);
-        let (group, own) = (index(tag, "pid")?, index(tag, "p1")?);
+        let (group, own) = (index(tag, "pid")?.or(group_of_object), index(tag, "p1")?);
         if let (Some(group), Some(own)) = (group, own) {
             mesh.materials.resize(count, [NO_MATERIAL, 0]);
             mesh.materials.push([group, own]);

@@ -26,6 +26,11 @@ const ROOT: &str = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n\
 /// The number of the materials, which come before the objects.
 const MATERIALS: usize = 1;
 
+/// A name without control characters, which XML cannot have.
+fn plain(name: &str) -> String {
+    name.replace(char::is_control, " ")
+}
+
 /// The label of one number that names parts or materials.
 fn label<'a>(attributes: &'a Attributes, name: &str) -> Option<&'a Attribute> {
     attributes.face_named(name).filter(|label| label.components == 1 && !label.names.is_empty())
@@ -66,9 +71,9 @@ fn write_model(file: &mut impl Write, mesh: &TriMesh, attributes: &Attributes) -
     if let Some(label) = material {
         writeln!(file, "<basematerials id=\"{MATERIALS}\">")?;
         for (index, name) in label.names.iter().enumerate() {
-            let name = if name.is_empty() { "none" } else { name };
+            let name = if name.is_empty() { "none".to_owned() } else { plain(name) };
             let colour = display_colour(attributes, index);
-            writeln!(file, "<base name=\"{}\" displaycolor=\"{colour}\"/>", escape(name))?;
+            writeln!(file, "<base name=\"{}\" displaycolor=\"{colour}\"/>", escape(name.as_str()))?;
         }
         writeln!(file, "</basematerials>")?;
     }
@@ -80,7 +85,7 @@ fn write_model(file: &mut impl Write, mesh: &TriMesh, attributes: &Attributes) -
     for (index, triangles) in parts.iter().enumerate() {
         let number = triangles.first().map_or(0, |t| part_of(*t));
         let name = part.and_then(|label| label.names.get(number)).filter(|name| !name.is_empty());
-        let name = name.map_or(String::new(), |name| format!(" name=\"{}\"", escape(name.as_str())));
+        let name = name.map_or(String::new(), |name| format!(" name=\"{}\"", escape(plain(name).as_str())));
         let default = material.map_or(String::new(), |_| format!(" pid=\"{MATERIALS}\" pindex=\"0\""));
         writeln!(file, "<object id=\"{}\" type=\"model\"{name}{default}>\n<mesh>", index + MATERIALS + 1)?;
         write_part(file, mesh, triangles, material)?;

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::POLYGON;
 use super::array::Budget;
 use super::attributes::{Rows, read_attributes};
 use super::boundary::Boundary;
@@ -9,7 +10,8 @@ use super::cells::{Piece, Shape, VOXEL_ORDER, shape};
 use crate::grammar::counted;
 use crate::io::checks::{check_vertex_count, cut_off, reserve};
 use crate::io::loaded::Loaded;
-use crate::io::text::{Faces, split_note};
+use crate::io::polygons::{Fans, short_faces_note};
+use crate::io::text::Faces;
 use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
@@ -28,7 +30,9 @@ struct Counts {
 struct Surface {
     triangles: Vec<[u32; 3]>,
     cells: Vec<u32>,
-    polygons: u64,
+    fans: Fans,
+    /// Polygons with fewer than three corners, which are left out.
+    short: u64,
 }
 
 /// The surface with its attributes.
@@ -49,7 +53,8 @@ pub(super) fn surface(pieces: &[Piece], budget: &mut Budget) -> Result<Loaded> {
             boundary(pieces, &vertices, budget, &mut notes)?
         }
     };
-    notes.extend(split_note(found.polygons));
+    notes.extend(found.fans.note());
+    notes.extend(short_faces_note(found.short));
     if counts.curved > 0 {
         let cells = counted(counts.curved, ["cell of a higher order was", "cells of a higher order were"]);
         notes.push(format!("{cells} read by the corners alone"));
@@ -59,6 +64,7 @@ pub(super) fn surface(pieces: &[Piece], budget: &mut Budget) -> Result<Loaded> {
         notes.push(format!("{cells} ignored"));
     }
     let mut mesh = TriMesh { vertices, triangles: found.triangles };
+    found.fans.unfold(&mut mesh, None);
     let used = if counts.solids > 0 { Some(keep_used(&mut mesh)) } else { None };
     let rows = Rows {
         points: used.as_deref(),
@@ -90,13 +96,7 @@ fn points(pieces: &[Piece]) -> Result<Vec<DVec3>> {
         }
         reserve(&mut vertices, piece.point_count, "the points of a VTK file")?;
         for point in 0..piece.point_count {
-            let position = DVec3::from_array([0, 1, 2].map(|axis| points.values.at(3 * point + axis)));
-            if !position.is_finite() {
-                let problem = format!("the coordinates {position} are not finite");
-                let place = Some(format!("point {}", vertices.len()));
-                return Err(Error::input(place, problem, "remove or repair the point"));
-            }
-            vertices.push(position);
+            vertices.push(DVec3::from_array([0, 1, 2].map(|axis| points.values.at(3 * point + axis))));
         }
     }
     // Pieces that have no list of points.
@@ -151,7 +151,7 @@ fn polygons(pieces: &[Piece]) -> Result<Surface> {
         for set in &piece.cells {
             set.for_each(|cell, kind, corners| {
                 let place = || format!("cell {}", first_cell as usize + cell);
-                faces.triangles.clear();
+                faces.clear();
                 few.clear();
                 match shape(kind)? {
                     Shape::Strip => {
@@ -172,6 +172,7 @@ fn polygons(pieces: &[Piece]) -> Result<Surface> {
                         faces.push(&corners[..count], &place)?
                     }
                     Shape::Polygon if corners.len() >= 3 => faces.push(corners, &place)?,
+                    Shape::Polygon if kind == POLYGON => found.short += 1,
                     Shape::None => {}
                     _ => {
                         let problem = format!(
@@ -181,6 +182,10 @@ fn polygons(pieces: &[Piece]) -> Result<Surface> {
                         return Err(Error::input(Some(place()), problem, "remove the cell"));
                     }
                 }
+                // Of a strip, each triangle is a face.
+                if faces.fans.count() > 0 {
+                    found.fans.add(found.triangles.len(), faces.triangles.len() + 2);
+                }
                 let own = faces.triangles.iter().map(|triangle| triangle.map(|v| v + first_point));
                 found.triangles.extend(own);
                 found.cells.resize(found.triangles.len(), first_cell + cell as u32);
@@ -188,7 +193,6 @@ fn polygons(pieces: &[Piece]) -> Result<Surface> {
             })?;
             first_cell = later(first_cell, set.count)?;
         }
-        found.polygons += faces.polygons();
         first_point = later(first_point, piece.point_count)?;
     }
     Ok(found)
@@ -237,7 +241,7 @@ fn boundary(
         match corners {
             [a, b, c, u32::MAX] => found.triangles.push([a, b, c]),
             [a, b, c, d] => {
-                found.polygons += 1;
+                found.fans.add(found.triangles.len(), 4);
                 found.triangles.extend([[a, b, c], [a, c, d]]);
             }
         }
