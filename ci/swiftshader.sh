@@ -15,9 +15,9 @@ export VK_ICD_FILENAMES=$driver VK_DRIVER_FILES=$driver RTFMESH_DEVICE=swiftshad
 
 tests=("$@")
 if [ ${#tests[@]} -eq 0 ]; then
-  tests=(stages:: gpu:: pipeline::curves pipeline::presets pipeline::coarse_to_fine)
+  tests=(stages:: gpu:: pipeline::presets pipeline::coarse_to_fine)
   # Long runs of kernels that the others run, too.
-  for name in presets_find_the_faults_that_the_default_finds planes_of_a_cloud_hold_the_sites; do
+  for name in presets_find_the_faults_that_the_default_finds planes_of_a_cloud power_faces_relax; do
     tests+=(--skip "pipeline::presets::$name")
   done
 fi
