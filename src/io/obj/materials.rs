@@ -182,7 +182,7 @@ fn read_library(text: &str, folder: &str, known: &mut HashMap<String, Material>)
             "kd" => material.colour = colour().unwrap_or(material.colour),
             "ke" => material.emission = colour().unwrap_or(material.emission),
             "d" => material.opacity = share(0).unwrap_or(1.0),
-            // Some programs write 1 for opaque, and nobody writes materials that are invisible.
+            // 1 would be invisible, but some programs write it for opaque.
             "tr" => material.opacity = share(0).filter(|share| *share < 1.0).map_or(1.0, |share| 1.0 - share),
             "pm" => material.metallic = share(0).unwrap_or(0.0),
             "pr" => material.roughness = share(0).unwrap_or(1.0),
