@@ -1,6 +1,6 @@
 //! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF, MEDIT, 3MF and VTK's, plain or gzipped.
-//! Points are read from PLY, OFF, PCD, VTK's files and lines of numbers (XYZ), volumes from NumPy's arrays,
-//! NRRD, NIfTI, MetaImage and VTK's images.
+//! Points are read from PLY, OFF, PCD, glTF, VTK's files and lines of numbers (XYZ), volumes from NumPy's
+//! arrays, NRRD, NIfTI, MetaImage and VTK's images.
 
 mod binary;
 mod cells;
@@ -26,6 +26,7 @@ mod rows;
 mod stl;
 mod text;
 mod threemf;
+mod unused;
 mod volumes;
 mod vtk;
 mod write;

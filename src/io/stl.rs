@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary, without_padding};
 use super::loaded::Loaded;
 use super::polygons::Fans;
-use super::text::{Lines, vertex, words};
+use super::text::{Lines, number, vertex, words};
 use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
@@ -119,47 +119,14 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     let bytes = without_padding(bytes);
     refuse_binary(bytes, "give a whole STL file, text or binary")?;
     let mut lines = Lines::with_comments(bytes);
-    let mut builder = MeshBuilder::default();
-    // Corners since the last "outer loop" line.
-    let mut open_loop: Option<Vec<DVec3>> = None;
-    let mut in_solid = false;
-    let mut solids = Solids::default();
+    let mut parser = TextParser::default();
     while let Some(line) = lines.next() {
-        let mut rest = words(line);
-        let mut keyword = rest.next().unwrap_or_default().to_ascii_lowercase();
-        if keyword == b"end" {
-            // "end solid" means the same as "endsolid".
-            keyword.extend(rest.next().unwrap_or_default().to_ascii_lowercase());
-        }
-        let refuse = |problem: String, remedy: &str| Err(Error::input(Some(lines.place()), problem, remedy));
-        match (keyword.as_slice(), &mut open_loop) {
-            (b"solid", None) => {
-                in_solid = true;
-                solids.begin(&rest.map(String::from_utf8_lossy).collect::<Vec<_>>().join(" "));
-            }
-            (b"endsolid", None) => in_solid = false,
-            (b"facet" | b"endfacet", None) => {}
-            (b"outer", None) => open_loop = Some(Vec::new()),
-            (b"vertex", Some(points)) => points.push(vertex(&mut rest, &|| lines.place())?),
-            (b"endloop", Some(points)) => {
-                if points.len() < 3 {
-                    let problem = format!("the facet has {} of at least 3 vertices", points.len());
-                    return refuse(problem, "remove the facet");
-                }
-                builder.add_facet(points);
-                solids.label_up_to(builder.mesh.triangles.len());
-                open_loop = None;
-            }
-            _ => {
-                let problem = format!("'{}' does not belong here in an STL file", excerpt_of_bytes(&keyword));
-                return refuse(problem, "repair the line, or export the mesh again");
-            }
-        }
+        parser.read_line(line, &|| lines.place())?;
     }
-    if open_loop.is_some() || in_solid {
+    if parser.open_loop.is_some() || parser.in_solid {
         return Err(cut_off(lines.place(), "there is no 'endsolid' line"));
     }
-    let MeshBuilder { mut mesh, fans, .. } = builder;
+    let TextParser { builder: MeshBuilder { mut mesh, fans, .. }, solids, .. } = parser;
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the file has no facets", "give a mesh with facets"));
     }
@@ -167,6 +134,84 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     fans.unfold(&mut mesh, None);
     let notes = fans.note().into_iter().collect();
     Ok(Loaded { mesh, attributes: solids.attributes(), notes, ..Loaded::default() })
+}
+
+/// The words that the text format knows.
+const KEYWORDS: [&[u8]; 7] = [b"solid", b"endsolid", b"facet", b"endfacet", b"outer", b"endloop", b"vertex"];
+
+/// What was read of a text file.
+#[derive(Default)]
+struct TextParser {
+    builder: MeshBuilder,
+    /// Corners since the last "outer loop".
+    open_loop: Option<Vec<DVec3>>,
+    in_solid: bool,
+    solids: Solids,
+}
+
+impl TextParser {
+    /// Reads a line, which may have several keywords, up to a whole facet.
+    fn read_line(&mut self, line: &[u8], place: &dyn Fn() -> String) -> Result<()> {
+        let mut rest = words(line).peekable();
+        let mut is_first = true;
+        while let Some(word) = rest.next() {
+            let mut keyword = word.to_ascii_lowercase();
+            if keyword == b"end" {
+                // "end solid" means the same as "endsolid".
+                keyword.extend(rest.next().unwrap_or_default().to_ascii_lowercase());
+            }
+            match (keyword.as_slice(), &mut self.open_loop) {
+                // A name is the rest of the line, unless a facet follows.
+                (b"solid", None) => {
+                    self.in_solid = true;
+                    let mut name = Vec::new();
+                    while let Some(word) = rest.next_if(|word| !word.eq_ignore_ascii_case(b"facet")) {
+                        name.push(String::from_utf8_lossy(word));
+                    }
+                    self.solids.begin(&name.join(" "));
+                }
+                (b"endsolid", None) => {
+                    self.in_solid = false;
+                    let mut later = rest.clone();
+                    if !later.any(|word| word.eq_ignore_ascii_case(b"facet")) {
+                        return Ok(());
+                    }
+                    // Its name, up to the next solid.
+                    while rest.next_if(|word| !word.eq_ignore_ascii_case(b"solid")).is_some() {}
+                }
+                (b"facet", None) => {
+                    let is_normal =
+                        |word: &&[u8]| word.eq_ignore_ascii_case(b"normal") || number(word).is_some();
+                    while rest.next_if(is_normal).is_some() {}
+                }
+                (b"endfacet", None) => {}
+                (b"outer", None) => {
+                    rest.next_if(|word| word.eq_ignore_ascii_case(b"loop"));
+                    self.open_loop = Some(Vec::new());
+                }
+                (b"vertex", Some(points)) => points.push(vertex(&mut rest, place)?),
+                (b"endloop", Some(points)) => {
+                    if points.len() < 3 {
+                        let problem = format!("the facet has {} of at least 3 vertices", points.len());
+                        return Err(Error::input(Some(place()), problem, "remove the facet"));
+                    }
+                    self.builder.add_facet(points);
+                    self.solids.label_up_to(self.builder.mesh.triangles.len());
+                    self.open_loop = None;
+                }
+                _ if is_first || KEYWORDS.contains(&keyword.as_slice()) => {
+                    let keyword = excerpt_of_bytes(&keyword);
+                    let problem = format!("'{keyword}' does not belong here in an STL file");
+                    let remedy = "repair the line, or export the mesh again";
+                    return Err(Error::input(Some(place()), problem, remedy));
+                }
+                // More than the line needs.
+                _ => {}
+            }
+            is_first = false;
+        }
+        Ok(())
+    }
 }
 
 /// The name of the label of the solids, that of OBJ's groups.

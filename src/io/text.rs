@@ -79,7 +79,7 @@ pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
 }
 
 /// The words of a line.
-pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> + Clone {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
@@ -123,6 +123,19 @@ pub(crate) fn vertex<'a>(
     Ok(DVec3::from_array(position))
 }
 
+/// Refuses corners that are none of so many vertices, of which the file counts the first as `first`.
+pub(crate) fn check_corners(
+    corners: &[u64],
+    first: u64,
+    vertices: u64,
+    place: &dyn Fn() -> String,
+) -> Result<()> {
+    let last = first + vertices.saturating_sub(1);
+    let Some(bad) = corners.iter().find(|corner| !(first..=last).contains(corner)) else { return Ok(()) };
+    let problem = format!("there is no vertex {bad}, indices go from {first} to {last}");
+    Err(Error::input(Some(place()), problem, "repair the face"))
+}
+
 /// Faces that are checked and split into triangles as they are read.
 pub(crate) struct Faces {
     pub(crate) triangles: Vec<[u32; 3]>,
@@ -147,12 +160,8 @@ impl Faces {
 
     /// Adds the face with these corners, by the file's indices.
     pub(crate) fn push(&mut self, corners: &[u64], place: &dyn Fn() -> String) -> Result<()> {
-        let refuse = |problem, remedy: &str| Err(Error::input(Some(place()), problem, remedy));
-        let (first, last) = (self.first, self.first + self.vertices.saturating_sub(1));
-        if let Some(bad) = corners.iter().find(|corner| !(first..=last).contains(corner)) {
-            let problem = format!("there is no vertex {bad}, indices go from {first} to {last}");
-            return refuse(problem, "repair the face");
-        }
+        let first = self.first;
+        check_corners(corners, first, self.vertices, place)?;
         self.fans.add(self.triangles.len(), corners.len());
         // In range, as checked above.
         let index = |corner: u64| (corner - first) as u32;

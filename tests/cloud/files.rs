@@ -27,11 +27,27 @@ fn lines_of_numbers_are_told_by_names_or_values() {
         ("1 2 3 -17.5 10 20 30\n4 5 -6 8.25 1 2 3\n", "colour value_4"),
         ("z,y,x,Heat\n3,2,1,8\n-6,5,4,9\n", "heat"),
         ("//X Y Z Nx Ny Nz\n1 2 3 0 0 1\n4 5 -6 0 0 2\n", "normal"),
+        ("X [m];Y [m];Z [m];Soil moisture (%)\n1,0;2,0;3,0;7,5\n4,0;5,0;-6,0;8,5\n", "soil moisture"),
+        ("X [m] Y [m] Z [m] Heat [K]\n1 2 3 7\n4 5 -6 8\n", "heat"),
+        ("# X (m),Y (m),Z (m),Gas flow\n1,2,3,7\n4,5,-6,8\n", "gas flow"),
+        (
+            "X (US ft) Y (US ft) Z (US ft) Heat[0] Heat[1] # by A, B\n1 2 3 7 8\n4 5 -6 9 9\n",
+            "heat[0] heat[1]",
+        ),
+        ("y x z, heat\n2 1 3 7\n5 4 -6 9\n", "heat"),
+        ("1,0;2,0;3,0;tree\n4,0;5,0;-6,0;roof\n", ""),
+        ("scan of a wall\n\"X\",\"Y\",\"Z\"\n1,2,3\n4,5,-6\n", ""),
+        ("class,x,y,z,heat\ntree,1,2,3,7\nroof,4,5,-6,8\n", "heat"),
+        ("1 2 3 tree 7\n4 5 -6 roof 8\n", "value_4"),
     ] {
         let loaded = parsed(Format::Xyz, text).unwrap();
         assert_eq!(loaded.mesh.vertices, points, "{text}");
         let names: Vec<&str> = loaded.attributes.vertex.iter().map(|a| a.name.as_str()).collect();
         assert_eq!(names.join(" "), attributes, "{text}");
+        let left_out = |name: &str| format!("{name} was left out, since it begins with text");
+        let is_told =
+            [left_out("column 'class'"), left_out("column 4")].iter().any(|note| loaded.notes.contains(note));
+        assert_eq!(is_told, text.contains("tree"), "{text}: {:?}", loaded.notes);
     }
 }
 
@@ -105,6 +121,9 @@ fn hostile_files_are_refused_with_a_place() {
         (Format::Xyz, "1 2 3\n1 2\n".to_owned(), "line 2"),
         (Format::Xyz, "nan 2 3\n".to_owned(), "no point has a finite position"),
         (Format::Xyz, "1 2 3\n1 b 3\n".to_owned(), "'b' is not a number"),
+        (Format::Xyz, "x y z heat\n1 b 3 4\n4 5 6 7\n".to_owned(), "line 2: 'b' is not a number"),
+        (Format::Xyz, "1 b 3\n4 5 6\n".to_owned(), "'b' is not a number"),
+        (Format::Xyz, "1 2 3 b\n4 5 6 c d\n".to_owned(), "'d' is not a number"),
         (Format::Xyz, "1000000000\n1 2 3\n".to_owned(), "cut off"),
         (Format::Xyz, "a b c\n1 2 3\n".to_owned(), "no columns x, y and z"),
         (Format::Xyz, "# nothing\n".to_owned(), "no columns"),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::files::{encode, read_bytes};
 use glam::DVec3;
-use rtfmesh::io::{Loaded, read};
+use rtfmesh::io::{Input, Loaded, Reader, read};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
 use serde_json::{Value, json};
@@ -152,6 +152,32 @@ fn primitives_other_than_triangles_are_noted() {
 }
 
 #[test]
+fn a_scene_of_points_alone_is_read_as_points() {
+    let mut json = box_scene();
+    json["accessors"].as_array_mut().unwrap().push(json!(
+        { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 8 }
+    ));
+    json["nodes"][0]["translation"] = json!([5.0, 0.0, 0.0]);
+    json["meshes"][0]["primitives"] = json!([
+        { "attributes": { "POSITION": 0, "COLOR_0": 2 }, "mode": 0 },
+        { "attributes": { "POSITION": 0 }, "mode": 1 },
+    ]);
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.gltf");
+    std::fs::write(&path, json.to_string()).unwrap();
+    let refused = read(&path).unwrap_err().to_string();
+    assert!(refused.contains("no faces"), "{refused}");
+    let Input::Mesh(loaded) = Reader::default().read_any(&path).unwrap() else { panic!("a volume") };
+    let expected: Vec<DVec3> = sample("box").unwrap().vertices.iter().map(|p| *p + 5.0 * DVec3::X).collect();
+    assert_eq!(loaded.mesh, TriMesh { vertices: expected, triangles: Vec::new() });
+    assert_eq!(loaded.attributes.vertex[0].name, "colour");
+    assert!(loaded.attributes.uv.is_none());
+    assert_eq!(loaded.notes, ["1 primitive of lines was ignored"]);
+    json["meshes"][0]["primitives"][0]["attributes"] = json!({});
+    assert_refused(&json, "mesh 0, primitive 0", "the points have no positions");
+}
+
+#[test]
 fn written_files_are_exact_to_32_bits_at_any_position_and_size() {
     let encoding = "glb".parse().unwrap();
     for (scale, shift) in
@@ -206,7 +232,7 @@ fn invalid_json_values_are_refused() {
         ("/accessors/0/count", json!(u64::MAX), "accessor 0", "cut off"),
         ("/accessors/0/byteOffset", json!(u64::MAX), "accessor 0", "cut off"),
         ("/accessors/0/componentType", json!(5124), "accessor 0", "no component type 5124"),
-        ("/accessors/0/sparse", json!({}), "accessor 0", "sparse or compressed"),
+        ("/accessors/0/bufferView", Value::Null, "accessor 0", "its data is compressed"),
         ("/accessors/1/count", json!(35), "mesh 0, primitive 0", "35 corners"),
         ("/accessors/1/componentType", json!(5122), "accessor 1", "not unsigned integers"),
         ("/accessors/1/bufferView", json!(5), "buffer view 5", "no such buffer view"),
@@ -231,6 +257,44 @@ fn invalid_json_values_are_refused() {
             assert!(place.starts_with("line 2, column"), "{place}")
         }
         other => panic!("{other:?}"),
+    }
+}
+
+/// Two of four points; the others come from a buffer view or, without one, are at the origin.
+#[test]
+fn sparse_elements_replace_others() {
+    let (folder, mut json) = with_buffer_file();
+    let path = folder.path().join("a.gltf");
+    // The last two indices are 2 and 1: these points become the first and the second of the buffer view.
+    json["accessors"][0]["sparse"] = json!({
+        "count": 2,
+        "indices": { "bufferView": 3, "componentType": 5121 },
+        "values": { "bufferView": 0 },
+    });
+    json["bufferViews"].as_array_mut().unwrap().push(json!(
+        { "buffer": 0, "byteOffset": 101, "byteLength": 2 }
+    ));
+    json["accessors"].as_array_mut().unwrap()[2]["count"] = json!(3);
+    json["meshes"][0]["primitives"][0] = json!({ "attributes": { "POSITION": 0 }, "indices": 2 });
+    let load = |json: &Value| {
+        std::fs::write(&path, json.to_string()).unwrap();
+        read(&path)
+    };
+    let positions = |json: &Value| positions(&load(json).unwrap().mesh);
+    assert_eq!(positions(&json), [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3], [1.0, 1.0, 0.0]]);
+    json["accessors"][0].as_object_mut().unwrap().remove("bufferView");
+    assert_eq!(positions(&json), [[0.0; 3], [1.0, 0.0, 0.0], [0.0; 3], [0.0; 3]]);
+    for (pointer, value, problem) in [
+        ("/accessors/0/count", json!(2), "it has no element 2"),
+        ("/accessors/0/count", json!(1_000_000_000), "1000000000 elements are more"),
+        ("/accessors/0/count", json!(u64::MAX), "elements are more"),
+        ("/accessors/0/sparse/count", json!(3), "too few for 3 elements"),
+        ("/accessors/0/sparse/count", json!(5), "5 sparse elements cannot replace those of 4"),
+        ("/accessors/0/sparse/indices/componentType", json!(5120), "not unsigned integers"),
+        ("/accessors/0/sparse/values/bufferView", json!(9), "no such buffer view"),
+    ] {
+        let error = load(&with(&json, pointer, value)).unwrap_err().to_string();
+        assert!(error.contains(problem), "{error}");
     }
 }
 

@@ -89,6 +89,9 @@ fn what_cannot_be_read_is_noted() {
         assert_eq!(loaded.attributes.materials.unwrap().images().len(), 1, "{name}");
     }
     let place = place("newmtl oak wood\n");
+    std::fs::write(place.path("windows.obj"), SQUARE.replace("looks/some.mtl", r".\looks\some.mtl")).unwrap();
+    let windows = Reader::new().materials(true).read(place.path("windows.obj")).unwrap();
+    assert!(windows.attributes.materials.is_some(), "{:?}", windows.notes);
     std::fs::remove_file(place.path("looks/some.mtl")).unwrap();
     let loaded = Reader::new().materials(true).read(place.path("in.obj")).unwrap();
     assert_eq!(loaded.attributes.materials, None);

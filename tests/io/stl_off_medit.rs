@@ -159,6 +159,25 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
 }
 
 #[test]
+fn stl_text_with_a_facet_on_a_line_or_in_one_line() {
+    let usual = text_stl(&sample("box").unwrap());
+    let by_lines = load("a.stl", &usual).mesh;
+    let facets: Vec<&str> = usual.split("endfacet").collect();
+    let one_line = |facet: &&str| facet.split_whitespace().collect::<Vec<_>>().join(" ");
+    let flat: Vec<String> = facets.iter().map(one_line).collect();
+    let flat = flat.join(" endfacet\n").replacen("facet", "\nfacet", 1);
+    assert!(flat.contains("outer loop vertex"), "{flat}");
+    assert_eq!(load("a.stl", &flat).mesh, by_lines);
+    let whole = flat.replace('\n', " ").replacen("facet", "\nfacet", 1);
+    assert_eq!(whole.lines().count(), 2, "{whole}");
+    assert_eq!(load("a.stl", &whole).mesh, by_lines);
+    let twice = format!("{} {}\n", usual.replace('\n', " "), usual.replace('\n', " "));
+    assert_eq!(load("a.stl", &twice).mesh.triangles.len(), 2 * by_lines.triangles.len());
+    let open = flat.replacen("endloop", "", 1);
+    assert_refused("a.stl", open, "line 2", "'endfacet' does not belong here");
+}
+
+#[test]
 fn stl_is_refused_or_noted_where_32_bits_do_not_suffice() {
     let mut mesh = sample("box").unwrap();
     let encoding = "stl".parse::<Encoding>().unwrap();
@@ -288,6 +307,52 @@ fn medit_sections_in_any_order_and_layout() {
     }
     let open = load("a.mesh", format!("{start}{vertices}Triangles\n1\n1 2 3 0\n"));
     assert_eq!(open.notes, ["the file does not end with 'End'; sections may be missing"]);
+}
+
+/// A cube of two prisms on a cube of six tetrahedra: five sides each, of two triangles.
+#[test]
+fn medit_volume_cells_alone_are_read_as_their_boundary() {
+    let mut text = "MeshVersionFormatted 2\nDimension 3\nVertices\n14\n".to_owned();
+    for k in 0..12 {
+        text += &format!("{} {} {} {}\n", k % 2, k / 2 % 2, k / 4, k + 1);
+    }
+    // Neither is a corner of a cell.
+    text += "5 5 5 0\n.5 .5 .5 0\nTetrahedra\n6\n";
+    for [a, b, c, d] in [[1, 2, 4, 8], [1, 4, 3, 8], [1, 3, 7, 8], [1, 7, 5, 8], [1, 5, 6, 8], [1, 6, 2, 8]] {
+        // Every second one is turned.
+        let [a, b] = if (a + b + c) % 2 == 0 { [a, b] } else { [b, a] };
+        text += &format!("{a} {b} {c} {d} 3\n");
+    }
+    text += "Prisms\n2\n5 6 8 9 10 12 4\n5 8 7 9 12 11 4\nEnd\n";
+    let Loaded { mesh, notes, attributes, .. } = load("a.mesh", &text);
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (12, 20));
+    let cone = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        a.dot(b.cross(c)) / 6.0
+    };
+    let volume: f64 = (0..mesh.triangles.len()).map(cone).sum();
+    assert!((volume - 2.0).abs() < 1e-12 && (mesh.area() - 10.0).abs() < 1e-12);
+    assert_eq!(
+        notes,
+        [
+            "the surface is the boundary of 8 volume cells",
+            "4 faces with more than 3 vertices were split into triangles"
+        ]
+    );
+    let label = attributes.face_named("reference").unwrap();
+    let of = |reference: f64| label.values.iter().filter(|value| **value == reference).count();
+    assert_eq!([of(3.0), of(4.0)], [10, 10]);
+    let references: Vec<f64> = (1..=12).map(f64::from).collect();
+    assert_eq!(attributes.vertex[0].values, references);
+    // Faces go before cells, which are told to be left out.
+    let faces = text.replace("Prisms", "Triangles\n1\n1 2 4 9\nPrisms");
+    let Loaded { mesh, notes, .. } = load("a.mesh", faces);
+    assert_eq!(mesh.triangles, [[0, 1, 3]]);
+    assert_eq!(notes, ["these sections were ignored: Prisms, Tetrahedra"]);
+    let missing = text.replace("5 6 8 9 10 12 4", "5 6 8 9 10 15 4");
+    assert_refused("a.mesh", missing, "line 29, prism 1", "no vertex 15, indices go from 1 to 14");
+    let cut = text.replace("Tetrahedra\n6", "Tetrahedra\n60000");
+    assert_refused("a.mesh", cut, "line 19", "declares 60000 tetrahedra");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Reads numbers from buffers through accessors; bounds are checked once for each accessor.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 use std::ops::Deref;
 use std::rc::Rc;
 
@@ -8,10 +8,10 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
-use super::model::{Accessor, Buffer, Model};
+use super::model::{Accessor, Buffer, Model, Sparse};
 use crate::grammar::counted;
 use crate::io::binary;
-use crate::io::checks::excerpt;
+use crate::io::checks::{excerpt, outgrows};
 use crate::io::references::References;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
@@ -25,6 +25,10 @@ pub(crate) struct Buffers<'a> {
     references: &'a References<'a>,
     file_bytes: u64,
     loaded: Vec<OnceCell<Content<'a>>>,
+    /// The elements of accessors with sparse ones, each put together when it is first needed.
+    dense: Vec<OnceCell<Vec<u8>>>,
+    /// Bytes of these.
+    dense_bytes: Cell<u64>,
 }
 
 /// The bytes of a buffer or an image.
@@ -56,7 +60,8 @@ impl<'a> Buffers<'a> {
         file_bytes: u64,
     ) -> Self {
         let loaded = std::iter::repeat_with(OnceCell::new).take(model.buffers.len()).collect();
-        Self { model, binary, references, file_bytes, loaded }
+        let dense = vec![OnceCell::new(); model.accessors.len()];
+        Self { model, binary, references, file_bytes, loaded, dense, dense_bytes: Cell::new(0) }
     }
 
     /// Bytes of the file and of those read so far that it names.
@@ -76,39 +81,120 @@ impl<'a> Buffers<'a> {
             let problem = format!("its type is '{}' instead of '{kind}'", excerpt(&accessor.kind));
             return refuse(problem, "export the mesh again");
         }
-        let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
-            let problem = "its data is sparse or compressed, which is not supported".to_owned();
-            return refuse(problem, "export the mesh again without compression and sparse data");
-        };
-        let Some(component) = from_code(accessor.component_type) else {
-            return refuse(
-                format!("there is no component type {}", accessor.component_type),
-                "export the mesh again",
-            );
-        };
-        let (bytes, stride) = self.view(view)?;
         let components = match kind {
             "MAT4" => 16,
             _ => kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1),
         };
+        let at = |error| at_accessor(error, index);
+        let elements = match (accessor.buffer_view, &accessor.sparse) {
+            (_, Some(sparse)) => self.dense(index, accessor, sparse, components).map_err(at)?,
+            (Some(view), None) => {
+                let range = Range { view, offset: accessor.byte_offset, count: accessor.count };
+                self.range(&range, accessor.component_type, components).map_err(at)?
+            }
+            (None, None) => {
+                let problem = "its data is compressed, which is not supported".to_owned();
+                return refuse(problem, "export the mesh again without compression");
+            }
+        };
+        Ok(Elements { normalized: accessor.normalized, ..elements })
+    }
+
+    /// The elements of a part of a buffer view.
+    fn range(&self, range: &Range, component_type: u32, components: usize) -> Result<Elements<'_>> {
+        let component = component(component_type)?;
+        let (bytes, stride) = self.view(range.view)?;
         let size = binary::size(component) * components;
         let stride = stride.unwrap_or(size);
         if stride < size {
             let [size, stride] = [size, stride].map(|count| counted(count, BYTES));
-            return refuse(format!("its elements of {size} are {stride} apart"), "export the mesh again");
+            let problem = format!("its elements of {size} are {stride} apart");
+            return Err(Error::input(None, problem, "export the mesh again"));
         }
-        let needed = needed_bytes(accessor, size, stride);
+        let needed = range.needed_bytes(size, stride);
         if needed.is_none_or(|needed| needed > bytes.len()) {
             let problem = format!(
-                "the file is cut off: buffer view {view} has {}, too few for {} from byte {} on",
+                "the file is cut off: buffer view {} has {}, too few for {} from byte {} on",
+                range.view,
                 counted(bytes.len(), BYTES),
-                counted(accessor.count, ["element", "elements"]),
-                accessor.byte_offset
+                counted(range.count, ["element", "elements"]),
+                range.offset
             );
-            return refuse(problem, "get the complete file, or export the mesh again");
+            return Err(Error::input(None, problem, "get the complete file, or export the mesh again"));
         }
-        let bytes = bytes.get(accessor.byte_offset..).unwrap_or_default();
-        Ok(Elements { bytes, stride, component, normalized: accessor.normalized, count: accessor.count })
+        let bytes = bytes.get(range.offset..).unwrap_or_default();
+        Ok(Elements { bytes, stride, component, normalized: false, count: range.count })
+    }
+
+    /// The elements of an accessor of which `sparse` replaces some.
+    fn dense(
+        &self,
+        index: usize,
+        accessor: &Accessor,
+        sparse: &Sparse,
+        components: usize,
+    ) -> Result<Elements<'_>> {
+        let component = component(accessor.component_type)?;
+        let stride = binary::size(component) * components;
+        let cell = &self.dense[index];
+        if cell.get().is_none() {
+            // Cannot fail: the cell is empty.
+            let _ = cell.set(self.put_together(accessor, sparse, components, stride)?);
+        }
+        let bytes = cell.get().map(Vec::as_slice).unwrap_or_default();
+        Ok(Elements { bytes, stride, component, normalized: false, count: accessor.count })
+    }
+
+    /// The bytes of all elements of such an accessor, `size` bytes each. Without a buffer view, those that
+    /// are not replaced are 0.
+    fn put_together(
+        &self,
+        accessor: &Accessor,
+        sparse: &Sparse,
+        components: usize,
+        size: usize,
+    ) -> Result<Vec<u8>> {
+        let refuse = |problem| Err(Error::input(None, problem, "export the mesh again"));
+        let (code, count) = (accessor.component_type, accessor.count);
+        let length = count.saturating_mul(size);
+        if sparse.count > count {
+            let replaced = counted(sparse.count, ["sparse element", "sparse elements"]);
+            return refuse(format!("{replaced} cannot replace those of {count}"));
+        }
+        let all_bytes = self.dense_bytes.get().saturating_add(length as u64);
+        if outgrows(all_bytes, self.read_bytes()) {
+            let elements = counted(count, ["element is", "elements are"]);
+            return refuse(format!("{elements} more than the file can mean"));
+        }
+        self.dense_bytes.set(all_bytes);
+        let mut all = vec![0; length];
+        let mut put = |place: usize, elements: &Elements, number: usize| {
+            let from = number * elements.stride;
+            let value = elements.bytes.get(from..from + size);
+            if let (Some(value), Some(own)) = (value, all.get_mut(place * size..(place + 1) * size)) {
+                own.copy_from_slice(value);
+            }
+        };
+        if let Some(view) = accessor.buffer_view {
+            let range = Range { view, offset: accessor.byte_offset, count };
+            let base = self.range(&range, code, components)?;
+            (0..count).for_each(|number| put(number, &base, number));
+        }
+        let Sparse { count: replaced, indices, values } = sparse;
+        let of = |view, offset| Range { view, offset, count: *replaced };
+        let places = self.range(&of(indices.buffer_view, indices.byte_offset), indices.component_type, 1)?;
+        let values = self.range(&of(values.buffer_view, values.byte_offset), code, components)?;
+        let Some(places) = places.indices() else {
+            return refuse("the indices of its sparse elements are not unsigned integers".to_owned());
+        };
+        for (number, place) in places.enumerate() {
+            let place = place as usize;
+            if place >= count {
+                return refuse(format!("it has no element {place}, which a sparse one would replace"));
+            }
+            put(place, &values, number);
+        }
+        Ok(all)
     }
 
     /// The bytes of a buffer view, and its stride.
@@ -196,24 +282,45 @@ fn decode_data_uri(data: &str) -> Result<Vec<u8>> {
     STANDARD.decode(encoded).map_err(damaged)
 }
 
-/// Bytes of the buffer view that an accessor needs; `None` on overflow.
-fn needed_bytes(accessor: &Accessor, size: usize, stride: usize) -> Option<usize> {
-    match accessor.count.checked_sub(1) {
-        None => Some(accessor.byte_offset),
-        Some(last) => last.checked_mul(stride)?.checked_add(size)?.checked_add(accessor.byte_offset),
+/// A part of a buffer view.
+struct Range {
+    view: usize,
+    offset: usize,
+    /// Elements.
+    count: usize,
+}
+
+impl Range {
+    /// Bytes of the buffer view up to the end of the elements; `None` on overflow.
+    fn needed_bytes(&self, size: usize, stride: usize) -> Option<usize> {
+        match self.count.checked_sub(1) {
+            None => Some(self.offset),
+            Some(last) => last.checked_mul(stride)?.checked_add(size)?.checked_add(self.offset),
+        }
     }
 }
 
-/// The number type of an accessor with this code.
-fn from_code(code: u32) -> Option<Kind> {
-    Some(match code {
+/// The error, at this accessor if it names no place.
+fn at_accessor(mut error: Error, index: usize) -> Error {
+    if let Error::Input { place: place @ None, .. } = &mut error {
+        *place = Some(format!("accessor {index}"));
+    }
+    error
+}
+
+/// The number type with this code.
+fn component(code: u32) -> Result<Kind> {
+    Ok(match code {
         5120 => Kind::I8,
         5121 => Kind::U8,
         5122 => Kind::I16,
         5123 => Kind::U16,
         5125 => Kind::U32,
         5126 => Kind::F32,
-        _ => return None,
+        _ => {
+            let problem = format!("there is no component type {code}");
+            return Err(Error::input(None, problem, "export the mesh again"));
+        }
     })
 }
 

@@ -163,7 +163,7 @@ impl AttributeReader {
             let vertices = counted(self.without_normal, ["vertex lacks", "vertices lack"]);
             notes.push(format!("normals were ignored: {vertices} one"));
         }
-        if self.without_uv == 0 {
+        if self.without_uv == 0 && self.triangles > 0 {
             found.uv = Some(CornerUv { kind: Kind::F32, values: self.uv });
         } else if self.without_uv < self.triangles {
             let triangles = counted(self.without_uv, ["triangle lacks", "triangles lack"]);

@@ -138,7 +138,32 @@ pub(crate) struct Accessor {
     pub count: usize,
     #[serde(rename = "type")]
     pub kind: String,
-    pub sparse: Option<IgnoredAny>,
+    pub sparse: Option<Box<Sparse>>,
+}
+
+/// Elements that replace some of an accessor's.
+#[derive(Deserialize)]
+pub(crate) struct Sparse {
+    pub count: usize,
+    pub indices: SparseIndices,
+    pub values: SparseValues,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseIndices {
+    pub buffer_view: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub component_type: u32,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct SparseValues {
+    pub buffer_view: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
 }
 
 #[derive(Deserialize)]

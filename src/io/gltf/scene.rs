@@ -1,4 +1,4 @@
-//! Merges the triangles of the default scene, in its coordinates.
+//! Merges the triangles of the default scene, in its coordinates, or the points of a scene without triangles.
 
 use std::collections::HashMap;
 
@@ -9,7 +9,7 @@ use super::attributes::AttributeReader;
 use super::model::{Model, Node, Primitive};
 use super::skins::{SkinReader, animation_count};
 use crate::grammar::counted;
-use crate::io::checks::{check_counts, outgrows};
+use crate::io::checks::{check_counts, check_vertex_count, outgrows};
 use crate::io::loaded::Loaded;
 use crate::mesh::attributes::{Attributes, Influences};
 use crate::{Error, Result, TriMesh, WarningCode};
@@ -17,6 +17,7 @@ use crate::{Error, Result, TriMesh, WarningCode};
 /// Maximum number of bytes that a vertex or a triangle takes with its attributes.
 const VERTEX_BYTES: usize = 24 + 64 + 48;
 const TRIANGLE_BYTES: usize = 12 + 48 + 8;
+const POINTS: u32 = 0;
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
@@ -36,22 +37,22 @@ fn scene_error(place: String, problem: impl Into<String>) -> Error {
 /// The default scene as one mesh. The bytes read so far limit how often meshes may be repeated. `model` was
 /// read from `json`.
 pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, json: &[u8]) -> Result<Loaded> {
-    let mut merged = SceneMerger {
-        model,
-        buffers,
-        mesh: TriMesh::default(),
-        attributes: AttributeReader::default(),
-        skins: SkinReader::new(model, buffers, json)?,
-        primitives: 0,
-        ignored_primitives: 0,
-        ignored_targets: 0,
-    };
-    visit_nodes(model, |index, node, _, transform| merged.add_node(node, index, transform))?;
+    let mut merged = SceneMerger::merge(model, buffers, Some(json))?;
+    let has_triangles = !merged.mesh.triangles.is_empty();
+    if !has_triangles && merged.has_points {
+        merged = SceneMerger::merge(model, buffers, None)?;
+        check_vertex_count(merged.mesh.vertices.len() as u64)?;
+    } else {
+        check_counts(merged.mesh.vertices.len() as u64, merged.mesh.triangles.len() as u64)?;
+    }
     let (size, mesh) = (merged.size(), merged.mesh);
-    check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
     let mut notes = Vec::new();
     if merged.ignored_primitives > 0 {
-        let primitives = ["primitive of points or lines was", "primitives of points and lines were"];
+        let primitives = if has_triangles {
+            ["primitive of points or lines was", "primitives of points and lines were"]
+        } else {
+            ["primitive of lines was", "primitives of lines were"]
+        };
         notes.push(format!("{} ignored", counted(merged.ignored_primitives, primitives)));
     }
     let mut warnings = Vec::new();
@@ -140,15 +141,37 @@ struct SceneMerger<'a> {
     buffers: &'a Buffers<'a>,
     mesh: TriMesh,
     attributes: AttributeReader,
-    /// `None` in a scene without skins.
+    /// `None` in a scene without skins, and for points.
     skins: Option<SkinReader<'a>>,
+    /// Whether points are merged, and not triangles.
+    of_points: bool,
+    has_points: bool,
     /// Primitives looked at.
     primitives: u64,
     ignored_primitives: u64,
     ignored_targets: usize,
 }
 
-impl SceneMerger<'_> {
+impl<'a> SceneMerger<'a> {
+    /// The triangles of the default scene with skins from this JSON, or without JSON its points.
+    fn merge(model: &'a Model, buffers: &'a Buffers<'a>, json: Option<&[u8]>) -> Result<Self> {
+        let skins = json.map(|json| SkinReader::new(model, buffers, json)).transpose()?.flatten();
+        let mut merged = Self {
+            model,
+            buffers,
+            mesh: TriMesh::default(),
+            attributes: AttributeReader::default(),
+            skins,
+            of_points: json.is_none(),
+            has_points: false,
+            primitives: 0,
+            ignored_primitives: 0,
+            ignored_targets: 0,
+        };
+        visit_nodes(model, |index, node, _, transform| merged.add_node(node, index, transform))?;
+        Ok(merged)
+    }
+
     fn add_node(&mut self, node: &Node, index: usize, transform: DMat4) -> Result<()> {
         let Some(number) = node.mesh else { return Ok(()) };
         let Some(mesh) = self.model.meshes.get(number) else {
@@ -169,12 +192,16 @@ impl SceneMerger<'_> {
             if self.primitives > MOST_PRIMITIVES.max(self.buffers.read_bytes()) {
                 return Err(repeat_error(&place));
             }
-            if !(TRIANGLES..=FAN).contains(&primitive.mode.unwrap_or(TRIANGLES)) {
+            let mode = primitive.mode.unwrap_or(TRIANGLES);
+            self.has_points |= mode == POINTS;
+            let is_wanted = if self.of_points { mode == POINTS } else { (TRIANGLES..=FAN).contains(&mode) };
+            if !is_wanted {
                 self.ignored_primitives += 1;
                 continue;
             }
             let Some(position) = primitive.attributes.position else {
-                return Err(scene_error(place, "the triangles have no positions"));
+                let what = if self.of_points { "points" } else { "triangles" };
+                return Err(scene_error(place, format!("the {what} have no positions")));
             };
             let accessors = primitive.attributes.of_vertices();
             let (first, count) = match added.get(&accessors) {
@@ -190,6 +217,9 @@ impl SceneMerger<'_> {
                 }
             };
             added.insert(accessors, (first, count));
+            if self.of_points {
+                continue;
+            }
             // Mirroring would turn the mesh inside out.
             let mirrored = transform.determinant() < 0.0;
             self.add_primitive(primitive, (first, count), mirrored, &place)?;

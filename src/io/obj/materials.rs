@@ -112,9 +112,16 @@ pub(crate) fn add_materials(references: &References, loaded: &mut Loaded) -> Res
     // Some programs name a library before each part.
     libraries.extend(all.filter(|name| named.insert(*name)));
     for name in libraries.iter().take(MOST_LIBRARIES) {
-        match references.read(name, MAX_LIBRARY_BYTES) {
-            Ok(Some(bytes)) => read_library(&String::from_utf8_lossy(&bytes), folder_of(name), &mut known),
-            Ok(None) => loaded.notes.push(format!("the material library '{}' is too large", excerpt(name))),
+        let mut name = (*name).to_owned();
+        let mut read = references.read(&name, MAX_LIBRARY_BYTES);
+        if read.is_err() && name.contains('\\') {
+            // A path as Windows has it.
+            name = name.replace('\\', "/");
+            read = references.read(&name, MAX_LIBRARY_BYTES);
+        }
+        match read {
+            Ok(Some(bytes)) => read_library(&String::from_utf8_lossy(&bytes), folder_of(&name), &mut known),
+            Ok(None) => loaded.notes.push(format!("the material library '{}' is too large", excerpt(&name))),
             Err(Error::Input { problem, .. }) => {
                 loaded.notes.push(format!("a material library was left out: {problem}"));
             }

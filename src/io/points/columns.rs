@@ -38,7 +38,7 @@ const SAME: [(&str, &str); 16] = [
 
 /// The name that stands for all that mean the same.
 pub(super) fn usual_name(name: &str) -> String {
-    let name = name.trim_matches(['"', '\'', '/']).to_ascii_lowercase();
+    let name = name.trim().trim_matches(['"', '\'', '/']).to_ascii_lowercase();
     SAME.iter().find(|(other, _)| *other == name).map_or(name, |(_, usual)| (*usual).to_owned())
 }
 

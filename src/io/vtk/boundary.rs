@@ -1,12 +1,11 @@
 //! The boundary of volume cells: the sides that only one of them has.
 
-use std::mem;
-
 use glam::DVec3;
 
 use super::cells::{Shape, VOXEL, VOXEL_ORDER, shape};
 use crate::grammar::counted;
 use crate::io::checks::reserve;
+use crate::io::polygons::Fans;
 use crate::{Error, Result};
 
 /// The number of a side that is a surface cell.
@@ -47,12 +46,21 @@ fn volume(sides: &[[u32; 4]], vertices: &[DVec3]) -> f64 {
     sides.iter().map(of_side).sum()
 }
 
-/// A side of three or four corners, and the cell whose numbers it has.
-pub(super) type Face = (u32, [u32; 4]);
+/// The triangles of the boundary.
+#[derive(Debug, Default)]
+pub(in crate::io) struct Outside {
+    pub triangles: Vec<[u32; 3]>,
+    /// The cell that describes each triangle: the surface cell at its place, or else the volume cell.
+    pub cells: Vec<u32>,
+    /// Sides with four corners.
+    pub fans: Fans,
+    /// How many surface cells are elsewhere.
+    pub inner: usize,
+}
 
 /// The sides of all volume cells.
 #[derive(Debug, Default)]
-pub(super) struct Boundary {
+pub(in crate::io) struct Boundary {
     sides: Vec<Side>,
     /// Surface cells that cannot be on the boundary.
     others: usize,
@@ -166,12 +174,11 @@ impl Boundary {
         }
     }
 
-    /// The sides that one volume cell has, each with the number of the cell that describes it: the surface
-    /// cell at this place, or else the volume cell. Also, how many surface cells are elsewhere.
+    /// The triangles of the sides that one volume cell has, in the order of the cells.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is no side.
-    pub fn finish(mut self) -> Result<(Vec<Face>, usize)> {
+    /// [`Error::Input`] if there is no side; [`Error::OutOfMemory`].
+    pub fn finish(mut self) -> Result<Outside> {
         self.sides.sort_unstable_by_key(|side| (side.key(), side.cell, side.side));
         let mut inner = self.others;
         let mut kept = 0;
@@ -198,9 +205,20 @@ impl Boundary {
             let problem = "no side of its volume cells is on the outside";
             return Err(Error::input(None, problem, "check the cells for duplicates"));
         }
-        // In the order of the file.
         self.sides.sort_unstable_by_key(|side| (side.cell, side.side));
-        let sides = mem::take(&mut self.sides);
-        Ok((sides.into_iter().map(|side| (side.data, side.corners)).collect(), inner))
+        let mut found = Outside { inner, ..Outside::default() };
+        reserve(&mut found.triangles, 2 * kept, "the boundary of volume cells")?;
+        reserve(&mut found.cells, 2 * kept, "the boundary of volume cells")?;
+        for side in &self.sides {
+            match side.corners {
+                [a, b, c, u32::MAX] => found.triangles.push([a, b, c]),
+                [a, b, c, d] => {
+                    found.fans.add(found.triangles.len(), 4);
+                    found.triangles.extend([[a, b, c], [a, c, d]]);
+                }
+            }
+            found.cells.resize(found.triangles.len(), side.data);
+        }
+        Ok(found)
     }
 }

@@ -6,7 +6,7 @@
 
 mod array;
 mod attributes;
-mod boundary;
+pub(super) mod boundary;
 mod cells;
 mod decode;
 mod image;

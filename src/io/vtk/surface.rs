@@ -5,13 +5,14 @@ use glam::DVec3;
 use super::POLYGON;
 use super::array::Budget;
 use super::attributes::{Rows, read_attributes};
-use super::boundary::Boundary;
+use super::boundary::{Boundary, Outside};
 use super::cells::{Piece, Shape, VOXEL_ORDER, shape};
 use crate::grammar::counted;
 use crate::io::checks::{check_vertex_count, cut_off, reserve};
 use crate::io::loaded::Loaded;
 use crate::io::polygons::{Fans, short_faces_note};
 use crate::io::text::Faces;
+use crate::io::unused::keep_used;
 use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
@@ -230,24 +231,12 @@ fn boundary(
         }
         first_point = later(first_point, piece.point_count)?;
     }
-    let (faces, inner) = sides.finish()?;
+    let Outside { triangles, cells, fans, inner } = sides.finish()?;
     if inner > 0 {
         let cells = ["surface cell that is not on it was", "surface cells that are not on it were"];
         notes.push(format!("{} left out", counted(inner, cells)));
     }
-    let mut found = Surface::default();
-    reserve(&mut found.triangles, 2 * faces.len(), "the triangles of a VTK file")?;
-    for (cell, corners) in faces {
-        match corners {
-            [a, b, c, u32::MAX] => found.triangles.push([a, b, c]),
-            [a, b, c, d] => {
-                found.fans.add(found.triangles.len(), 4);
-                found.triangles.extend([[a, b, c], [a, c, d]]);
-            }
-        }
-        found.cells.resize(found.triangles.len(), cell);
-    }
-    Ok(found)
+    Ok(Surface { triangles, cells, fans, short: 0 })
 }
 
 /// The number of the first point or cell of the next list.
@@ -257,17 +246,4 @@ fn later(first: u32, count: usize) -> Result<u32> {
         let problem = "the file has more cells than can be counted with 32 bits";
         Error::input(None, problem, "split the mesh first")
     })
-}
-
-/// Keeps the vertices that triangles use, and returns their old numbers.
-fn keep_used(mesh: &mut TriMesh) -> Vec<u32> {
-    let mut numbers = vec![u32::MAX; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|v| numbers[*v as usize] = 0);
-    let used: Vec<u32> = (0..).zip(&numbers).filter(|(_, n)| **n == 0).map(|(v, _): (u32, _)| v).collect();
-    for (new, old) in (0..).zip(&used) {
-        numbers[*old as usize] = new;
-    }
-    mesh.vertices = used.iter().map(|old| mesh.vertices[*old as usize]).collect();
-    mesh.triangles.as_flattened_mut().iter_mut().for_each(|v| *v = numbers[*v as usize]);
-    used
 }
