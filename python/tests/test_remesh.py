@@ -76,6 +76,10 @@ def test_lengths_and_ratios_stand_for_counts(torus, remesher):
     assert np.linalg.norm(sides, axis=2).mean() == pytest.approx(0.05 * diagonal, rel=0.1)
     by_deviation = remesher.remesh(torus.vertices, torus.faces, max_deviation="2%")
     assert by_deviation.report["deviation"]["is_reached"]
+    stretched = remesher.remesh(torus.vertices, torus.faces, 300, sizing="anisotropic", aspect=3)
+    assert len(stretched.vertices) == 300
+    assert 1.1 < stretched.report["metric"]["mean_aspect"] < 3
+    assert by_deviation.report["metric"] is None
     same_count = remesher.remesh(torus.vertices, torus.faces, quality="draft")
     assert len(same_count.vertices) == len(torus.vertices)
 

@@ -42,6 +42,7 @@ TYPES = {
     "LENGTHS": "float",
     "SECONDS": "float",
     "G": "float",
+    "RATIO": "float",
     "COUNT": "int",
     "SEED": "int",
     "STEPS": "int",

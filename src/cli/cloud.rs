@@ -11,7 +11,7 @@ use rtfmesh::cloud::{
 };
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Flow, Length, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
+use rtfmesh::{Error, Flow, Length, Options, Progress, Result, Size, TriMesh, WarningCode};
 use std::borrow::Cow;
 use std::path::Path;
 
@@ -170,7 +170,7 @@ impl CloudArgs {
 
 /// The size asked for, of points: ratios are of their number, and without a size there are as many vertices.
 pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
-    let is_free = matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_));
+    let is_free = options.coarse_to_fine.sizing.deviation().is_some();
     match size {
         Size::AsInput if !is_free => Size::Vertices(points),
         Size::Ratio(share) => Size::Vertices((share * points as f64).round() as usize),

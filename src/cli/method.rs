@@ -147,6 +147,18 @@ impl From<AxisName> for Symmetry {
     }
 }
 
+/// Options that do nothing, or cannot be kept, where lengths depend on the direction.
+const NOT_STRETCHED: [&str; 8] = [
+    "--min-angle",
+    "--local",
+    "--points",
+    "--keep-boundary",
+    "--keep",
+    "--only",
+    "--vertices-at-least",
+    "--refine",
+];
+
 impl MethodArgs {
     /// Refuses an option that would do nothing: nobody would notice.
     fn refuse_idle(&self, research: &ResearchArgs, options: &Options) -> rtfmesh::Result<()> {
@@ -168,14 +180,20 @@ impl MethodArgs {
         ];
         let coarse = options.method == Method::CoarseToFine;
         // Tangent faces can be weighted.
-        let may_size = options.has_weights() && !self.sizing.is_deviation();
+        let may_size = options.has_weights() && self.sizing.suits_weights();
         let works = |name: &str| coarse || (may_size && name == "--sizing");
-        let idle = given.into_iter().find(|(name, given)| *given && !works(name));
+        let idle = given.iter().copied().find(|(name, given)| *given && !works(name));
         let idle = idle.map(|(name, _)| (name.to_owned(), ("preset default", "--preset default")));
         let setting = || {
             let (name, needs) = research.idle_setting(options)?;
             Some((format!("--{}", name.replace('_', "-")), needs.words()))
         };
+        if self.sizing.is_anisotropic()
+            && let Some((name, _)) = given.iter().find(|(name, given)| *given && NOT_STRETCHED.contains(name))
+        {
+            let problem = format!("{name} does not go together with --sizing anisotropic");
+            return Err(Error::usage(problem, "remove one of them"));
+        }
         let Some((name, (with, add))) = idle.or_else(setting) else { return Ok(()) };
         Err(Error::usage(format!("{name} works only with {with}"), format!("remove it, or use {add}")))
     }

@@ -69,11 +69,11 @@ const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND -
     manual (rtfmesh man) explains each.\nrtfmesh IN OUT is short for rtfmesh remesh IN OUT. The Python \
     package adds rtfmesh asset IN OUT.glb, which bakes textures.\nMeshes: .obj, .ply, .stl, .off, .gltf \
     (read only), .glb, .mesh (MEDIT), .3mf, .vtp, .vtu and .vtk (VTK), each also with .gz; - is standard \
-    input or output. Points: .ply, .off, .vtp, .vtk, .pcd, .las, .laz, .e57, .xyz, .txt, .csv. Volumes: \
-    .npy, .nrrd, .nii, .mha, .vti, .vtk.\nExit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 \
-    stopped by Ctrl-C (also if --keep-partial wrote a mesh), 1 anything else. An error is one line that says \
-    what to do.\nEnvironment: RTFMESH_DEVICE selects the device, as --device does; RTFMESH_CACHE_DIR is the \
-    folder for compiled kernels; RTFMESH_SELF_TEST=1 repeats the self-test of the device; \
+    input or output. Points: .ply, .off, .glb, .vtp, .vtk, .pcd, .las, .laz, .e57, .xyz, .txt, .csv. \
+    Volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\nExit codes: 0 done, 2 usage, 3 input, 4 device or memory, \
+    130 stopped by Ctrl-C (also if --keep-partial wrote a mesh), 1 anything else. An error is one line that \
+    says what to do.\nEnvironment: RTFMESH_DEVICE selects the device, as --device does; RTFMESH_CACHE_DIR is \
+    the folder for compiled kernels; RTFMESH_SELF_TEST=1 repeats the self-test of the device; \
     RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and fails on any message; \
     RTFMESH_FULL_BARRIERS=1 orders all device commands; RTFMESH_LEAST_LIMITS=1 limits the device to what \
     Vulkan guarantees; RTFMESH_DEVICE_POLISH=1 polishes, fits and checks all meshes on the device, 0 none.";

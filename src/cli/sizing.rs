@@ -5,15 +5,20 @@ use super::refine::{Wish, places, wish};
 use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{Error, Length, Options, Size, Sizing};
 
+/// How much longer edges may be one way than the other, by default.
+const ASPECT: f64 = 8.0;
+
 /// Edge lengths that vary over the surface.
 #[derive(clap::Args)]
 #[command(next_help_heading = SIZING)]
 pub struct SizingArgs {
-    /// Edge lengths: auto, uniform, curvature or property:NAME [default: auto]
+    /// Edge lengths: auto, uniform, curvature, anisotropic or property:NAME [default: auto]
     ///
     /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds, and on the
     /// fillets and small holes of CAD parts; uniform: equal everywhere, the default with --quality draft;
-    /// curvature: shorter where the surface is curved; property:NAME: proportional to this vertex attribute.
+    /// curvature: shorter where the surface is curved; anisotropic: also longer along the direction in which
+    /// it bends least, which takes fewer vertices for the same distance from curved parts;
+    /// property:NAME: proportional to this vertex attribute.
     /// The preset rtf takes curvature and property:NAME as well.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
@@ -21,8 +26,8 @@ pub struct SizingArgs {
     ///
     /// In input units, or in percent of the diagonal. The distance is certified in both directions. Without
     /// -n, the result has as few vertices as possible, found in several runs; with -n, the distance is as
-    /// small as N vertices allow.
-    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "sizing")]
+    /// small as N vertices allow. With --sizing anisotropic, edges are longer one way than the other.
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
     max_deviation: Option<Length>,
     /// Edges of this length in a part of the surface; may be given several times
     ///
@@ -40,6 +45,9 @@ pub struct SizingArgs {
     /// 1, edges on flat parts may exceed --max-edge.
     #[arg(long, value_name = "G", hide_short_help = true)]
     gradation: Option<f64>,
+    /// With --sizing anisotropic: largest ratio of edge lengths in two directions, 1 to 100 [default: 8]
+    #[arg(long, value_name = "RATIO", hide_short_help = true)]
+    aspect: Option<f64>,
     /// Minimum edge length, in input units or e.g. 0.1% [default: 1/8 of the uniform length]
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     min_edge: Option<Length>,
@@ -56,6 +64,7 @@ enum How {
     Auto,
     Uniform,
     Curvature,
+    Anisotropic,
     Property(String),
 }
 
@@ -70,9 +79,10 @@ fn how(text: &str) -> Result<How, String> {
         "auto" => Ok(How::Auto),
         "uniform" => Ok(How::Uniform),
         "curvature" => Ok(How::Curvature),
+        "anisotropic" => Ok(How::Anisotropic),
         _ => match text.strip_prefix("property:").filter(|name| !name.is_empty()) {
             Some(name) => Ok(How::Property(name.to_owned())),
-            None => Err("give auto, uniform, curvature or property:NAME".to_owned()),
+            None => Err("give auto, uniform, curvature, anisotropic or property:NAME".to_owned()),
         },
     }
 }
@@ -91,9 +101,14 @@ impl SizingArgs {
         self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(How::differs)
     }
 
-    /// Whether a largest deviation is given.
-    pub fn is_deviation(&self) -> bool {
-        self.max_deviation.is_some()
+    /// Whether edges are to be longer one way than the other.
+    pub fn is_anisotropic(&self) -> bool {
+        self.sizing == Some(How::Anisotropic)
+    }
+
+    /// Whether tangent faces can be weighted by these lengths.
+    pub fn suits_weights(&self) -> bool {
+        self.max_deviation.is_none() && !self.is_anisotropic()
     }
 
     /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::values`].
@@ -103,9 +118,14 @@ impl SizingArgs {
     pub fn put(&self, options: &mut Options) -> rtfmesh::Result<()> {
         let how = self.sizing.as_ref().unwrap_or(&How::Auto);
         let differ = self.differs() || !self.refine.is_empty();
-        let others = "curvature or property:NAME, or --max-deviation, or --refine";
+        let others = "curvature, anisotropic or property:NAME, or --max-deviation, or --refine";
+        if self.max_deviation.is_some() && !matches!(self.sizing, None | Some(How::Anisotropic)) {
+            let problem = "--max-deviation sets the edge lengths, and so does --sizing";
+            return Err(Error::usage(problem, "remove one, or use --sizing anisotropic"));
+        }
         let given = [
             ("--gradation", self.gradation.is_some(), *how == How::Curvature, "curvature"),
+            ("--aspect", self.aspect.is_some(), *how == How::Anisotropic, "anisotropic"),
             ("--min-edge", self.min_edge.is_some(), differ, others),
             ("--max-edge", self.max_edge.is_some(), differ, others),
             ("--growth", self.growth.is_some(), differ, others),
@@ -115,6 +135,9 @@ impl SizingArgs {
             return Err(Error::usage(problem, "remove one, or add the other"));
         }
         let sizing = match (&self.sizing, self.max_deviation) {
+            (Some(How::Anisotropic), deviation) => {
+                Some(Sizing::Anisotropic { aspect: self.aspect.unwrap_or(ASPECT), deviation })
+            }
             (_, Some(most)) => Some(Sizing::Deviation(most)),
             // As the quality has it.
             (None, None) => None,

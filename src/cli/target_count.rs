@@ -4,7 +4,7 @@ use super::heading::SIZE;
 use super::job::Notes;
 use crate::pipeline::kept::vertices_for;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
-use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
+use rtfmesh::{Options, Result, Size, TriMesh};
 
 /// At most one of these; without any, the result has as many vertices as the input.
 #[derive(clap::Args)]
@@ -112,7 +112,7 @@ pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -
         options.faces = Some(count);
         return Ok(None);
     }
-    if size == Size::AsInput && matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_)) {
+    if size == Size::AsInput && options.coarse_to_fine.sizing.deviation().is_some() {
         options.vertices = 0;
         return Ok(None);
     }

@@ -7,7 +7,7 @@
 use super::collapse::Limits;
 use super::guard::Guard;
 use super::star_mesh::StarMesh;
-use super::{LONG, LocalSurface, MOST_CHANGE, MOST_SPLIT, SHORT};
+use super::{EdgeLengths, LONG, LocalSurface, MOST_CHANGE, MOST_SPLIT, SHORT};
 use crate::mesh::features::Features;
 use crate::polish::{ConstrainedMesh, Target};
 use crate::{ProgressToken, Result, TriMesh};
@@ -34,7 +34,8 @@ impl<'a> LocalSurface<'a> {
         (lengths, count): (&'a [f64], usize),
         progress: &ProgressToken,
     ) -> Result<Self> {
-        Self::start((surface, target), features, (lengths, count), Some(AT_FIRST), progress)
+        let wanted = EdgeLengths { lengths, maps: &[] };
+        Self::start((surface, target), features, (wanted, count), Some(AT_FIRST), progress)
     }
 
     /// Like [`LocalSurface::remeshed`], but what counts is the distance between mesh and surface, and edges
@@ -43,7 +44,7 @@ impl<'a> LocalSurface<'a> {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn remeshed_closely(&self, guarded: bool, progress: &ProgressToken) -> Result<ConstrainedMesh> {
-        let Self { surface, target, lengths, ref polylines, count, spacing, .. } = *self;
+        let Self { surface, target, wanted, ref polylines, count, spacing, .. } = *self;
         let mut mesh = self.mesh.clone();
         let mut length = spacing;
         if mesh.samples.is_none() {
@@ -57,7 +58,7 @@ impl<'a> LocalSurface<'a> {
                     return Ok(mesh.into_constrained(polylines));
                 }
                 self.close_round(&mut mesh, length, tolerance * spacing, guard)?;
-                mesh.refresh_sizes(surface, target, lengths);
+                mesh.refresh_sizes(surface, target, wanted);
                 let ratio = (mesh.used() as f64 / count as f64).sqrt();
                 length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
                 length = length.clamp(super::LEAST * spacing, longest * spacing);

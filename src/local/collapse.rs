@@ -234,7 +234,10 @@ impl StarMesh {
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
         match (self.places[gone as usize], self.places[kept as usize]) {
             (Place::Inside, Place::Inside) => {
-                let is_short = p.distance(q) < SHORT * limits.length * self.size(a, b);
+                let is_short = match self.map_at([a, b]) {
+                    Some(map) => (map * (q - p)).length() < SHORT * limits.length,
+                    None => p.distance(q) < SHORT * limits.length * self.size(a, b),
+                };
                 let to = if is_short { q } else { 0.5 * (p + q) };
                 Some(Collapse { gone, kept, to, shifts: None })
             }
@@ -347,17 +350,24 @@ impl StarMesh {
         let length = limits.length * self.size(gone, kept);
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
         let moved = || self.moved(gone, kept).chain(self.moved(kept, gone));
+        let map = self.map_at([gone, kept]);
+        // Where stretched triangles are even.
+        let even = |corners: [DVec3; 3]| map.map_or(corners, |map| corners.map(|p| map * p));
         // Where a triangle is lower already, even one of those that go, others may become as low.
         let least_height = || {
             let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
-            around.map(|t| height_of(self.corners(self.triangles[*t as usize]))).fold(limits.height, f64::min)
+            around
+                .map(|t| height_of(even(self.corners(self.triangles[*t as usize]))))
+                .fold(limits.height, f64::min)
         };
-        let (longest, mut least) = (limits.longest * length, None);
+        let longest = limits.longest * if map.is_some() { limits.length } else { length };
+        let mut least = None;
         for (_, triangle) in moved() {
             // What takes least time comes first.
             let (old, new) = (self.corners(triangle), corners_at(triangle, at));
-            let longer = longest_side(new);
-            if longer > longest && longer > longest.max(longest_side(old)) {
+            let even_new = even(new);
+            let longer = longest_side(even_new);
+            if longer > longest && longer > longest.max(longest_side(even(old))) {
                 return false;
             }
             let (n, m) = (doubled_normal(old), doubled_normal(new));
@@ -365,7 +375,8 @@ impl StarMesh {
             if n.dot(m) < limits.cosine * n.length() * doubled_area {
                 return false;
             }
-            let height = height_over(longer, doubled_area);
+            let even_area = if map.is_some() { doubled_normal(even_new).length() } else { doubled_area };
+            let height = height_over(longer, even_area);
             if height < limits.height && height < *least.get_or_insert_with(least_height) {
                 return false;
             }
@@ -447,6 +458,9 @@ impl StarMesh {
         }
         if !self.sizes.is_empty() && to != self.points[kept as usize] {
             self.sizes[kept as usize] = self.size(gone, kept);
+            if let Some(map) = self.map_at([gone, kept]) {
+                self.maps[kept as usize] = map;
+            }
         }
         self.points[kept as usize] = to;
         self.count_removed_vertex();

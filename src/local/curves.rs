@@ -35,7 +35,7 @@ impl StarMesh {
     ) -> usize {
         let mut edges: Vec<(f64, u32, u32)> = edges
             .into_iter()
-            .map(|(a, b, part)| ((part.to - part.from).abs() / self.size(a, b), a, b))
+            .map(|(a, b, part)| ((part.to - part.from).abs() / self.size_along(a, b), a, b))
             .collect();
         let total: f64 = edges.iter().map(|edge| edge.0).sum();
         let wanted = ((total / length).round() as usize).max(1);

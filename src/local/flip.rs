@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::ahead::Ahead;
 use super::star_mesh::{Place, Ring, StarMesh, edges_of};
 use crate::mesh::triangle::doubled_normal;
-use crate::polish::{angle_gain, keeps_shape};
+use crate::polish::{angle_gain, has_no_wide_angle, keeps_direction};
 use crate::{ProgressToken, Result};
 
 /// Passes over all edges.
@@ -86,7 +86,7 @@ impl StarMesh {
     /// Whether the flip of these two triangles' edge is no gain.
     fn gains_little(&self, diamond: &Diamond) -> bool {
         let Diamond { ring, triangles } = *diamond;
-        let points = ring.map(|v| self.points[v as usize]);
+        let points = self.even_corners(ring);
         let patch = self.patches[triangles[0] as usize];
         angle_gain(points) + VALENCE_WEIGHT * self.valence_gain(ring, patch) <= MIN_GAIN
     }
@@ -100,7 +100,15 @@ impl StarMesh {
     fn flip_keeps_shape(&self, diamond: &Diamond) -> bool {
         let points = diamond.ring.map(|v| self.points[v as usize]);
         let new = diamond.flipped().map(|triangle| self.corners(triangle));
-        (is_flat(points) || keeps_shape(points)) && self.stays_close(&diamond.triangles, &new)
+        let keeps = || keeps_direction(points) && has_no_wide_angle(self.even_corners(diamond.ring));
+        (is_flat(points) || keeps()) && self.stays_close(&diamond.triangles, &new)
+    }
+
+    /// Where four vertices are in the image in which edges of the target length are 1 long, if that depends
+    /// on the direction.
+    fn even_corners(&self, ring: [u32; 4]) -> [DVec3; 4] {
+        let points = ring.map(|v| self.points[v as usize]);
+        self.map_at(ring).map_or(points, |map| points.map(|p| map * p))
     }
 
     /// Flips an edge if triangles stay apart; whether it has.

@@ -23,12 +23,12 @@ mod surface_samples;
 
 use crate::mesh::features::{Curve, CurveKind, Features};
 use crate::mesh::polyline::Polyline;
-use crate::mesh::sizing::mean_density;
+use crate::mesh::sizing::{mapped_area, mean_density};
 use crate::mesh::spacing;
 use crate::polish::{ConstrainedMesh, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use collapse::Limits;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use guard::Guard;
 pub use mend::{MendOptions, Mended, mend_angles};
 use star_mesh::{Place, StarMesh};
@@ -52,6 +52,8 @@ const LONG_AT_FIRST: f64 = 2.0;
 const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
 const LAST_ROUNDS: u32 = 4;
+/// The same in a metric, where no polish follows.
+const LAST_ROUNDS_IN_METRIC: u32 = 8;
 /// Flips and relaxations at the end if the work is to finish early.
 const FEW_LAST_ROUNDS: u32 = 1;
 /// Lengths, in target lengths, to which edges are split at first, one after the other.
@@ -85,13 +87,28 @@ pub struct LocalOptions {
     pub gradual: bool,
 }
 
+/// Target edge lengths at the vertices of a surface.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct EdgeLengths<'a> {
+    /// Relative lengths; empty if they are all equal.
+    pub lengths: &'a [f64],
+    /// Maps in whose image such edges are 1 long, if that depends on the direction: then `lengths` are the
+    /// least ones at each vertex. Empty otherwise.
+    pub maps: &'a [DMat3],
+}
+
+/// The map of a place on a triangle with these corners.
+pub fn interpolated(maps: &[DMat3], corners: [u32; 3], weights: [f64; 3]) -> DMat3 {
+    corners.iter().zip(weights).fold(DMat3::ZERO, |sum, (v, weight)| sum + maps[*v as usize] * weight)
+}
+
 /// A surface that is remeshed by local operations, perhaps several times: long needles are flipped away, long
 /// edges split, and edges much shorter than what is wanted collapsed.
 pub struct LocalSurface<'a> {
     surface: &'a TriMesh,
     /// The same in the patches of its features.
     target: &'a Target,
-    lengths: &'a [f64],
+    wanted: EdgeLengths<'a>,
     polylines: Vec<Polyline>,
     mesh: StarMesh,
     /// The number of vertices that are wanted, and the edge length for it.
@@ -103,31 +120,35 @@ pub struct LocalSurface<'a> {
 
 impl<'a> LocalSurface<'a> {
     /// Of a surface with these features, for a number of vertices. `target` is the same surface in the
-    /// patches of the features, and `lengths` has the relative target edge length at each of its vertices;
-    /// empty if they are all equal. Panics if an index is out of range.
+    /// patches of the features. Panics if an index is out of range.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn new(
         (surface, target): (&'a TriMesh, &'a Target),
         features: &Features,
-        (lengths, count): (&'a [f64], usize),
+        (wanted, count): (EdgeLengths<'a>, usize),
         progress: &ProgressToken,
     ) -> Result<Self> {
-        Self::start((surface, target), features, (lengths, count), None, progress)
+        Self::start((surface, target), features, (wanted, count), None, progress)
     }
 
     /// Like [`LocalSurface::new`]; with a tolerance in spacings, samples keep the mesh close to the surface.
     fn start(
         (surface, target): (&'a TriMesh, &'a Target),
         features: &Features,
-        (lengths, count): (&'a [f64], usize),
+        (wanted, count): (EdgeLengths<'a>, usize),
         tolerance: Option<f64>,
         progress: &ProgressToken,
     ) -> Result<Self> {
-        let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, lengths)).sum();
+        let EdgeLengths { lengths, maps } = wanted;
+        let area = match maps {
+            [] => (0..surface.triangles.len()).map(|t| weighted_area(surface, t, lengths)).sum(),
+            maps => mapped_area(surface, maps),
+        };
         let polylines = polylines(surface, features);
         let mut mesh = StarMesh::new(surface, features, &polylines, lengths);
+        mesh.maps = maps.to_vec();
         let (spacing, mut is_crowded) = (spacing(area, count), false);
         if spacing > 0.0 && spacing.is_finite() {
             mesh.samples = tolerance.map(|tolerance| {
@@ -147,7 +168,7 @@ impl<'a> LocalSurface<'a> {
                 mesh.split_long(factor * spacing, (MOST_SPLIT * count).max(mesh.used()), &polylines);
                 mesh.flip(progress)?;
                 if mesh.used() > used {
-                    mesh.refresh_sizes(surface, target, lengths);
+                    mesh.refresh_sizes(surface, target, wanted);
                 }
             }
             let guard = Guard { looks: true, progress };
@@ -159,7 +180,7 @@ impl<'a> LocalSurface<'a> {
                 }
             }
         }
-        Ok(Self { surface, target, lengths, polylines, mesh, count, spacing, is_crowded })
+        Ok(Self { surface, target, wanted, polylines, mesh, count, spacing, is_crowded })
     }
 
     /// Makes corners of the vertices nearest to these points.
@@ -180,7 +201,7 @@ impl<'a> LocalSurface<'a> {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn remeshed(&self, options: &LocalOptions, progress: &ProgressToken) -> Result<ConstrainedMesh> {
-        let Self { surface, target, lengths, ref polylines, count, spacing, .. } = *self;
+        let Self { surface, target, wanted, ref polylines, count, spacing, .. } = *self;
         let mut mesh = self.mesh.clone();
         // Needles lose vertices around them only where edges are longer, and do not get them back.
         let is_long = self.is_crowded && !options.gradual;
@@ -211,7 +232,7 @@ impl<'a> LocalSurface<'a> {
             before = state;
             let most = (MOST_SPLIT * count).max(mesh.used());
             self.round(&mut mesh, (length, spacing, most), guard)?;
-            mesh.refresh_sizes(surface, target, lengths);
+            mesh.refresh_sizes(surface, target, wanted);
             let ratio = (mesh.used() as f64 / count as f64).sqrt();
             length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
             length = length.clamp(LEAST * spacing, options.longest * spacing);
@@ -220,18 +241,55 @@ impl<'a> LocalSurface<'a> {
         self.finished(mesh, guard)
     }
 
+    /// The map of the place of the surface nearest to a point; `None` without maps.
+    pub fn map_near(&self, p: DVec3) -> Option<DMat3> {
+        let (corners, weights) = self.target.corners_near(p, self.surface)?;
+        (!self.wanted.maps.is_empty()).then(|| interpolated(self.wanted.maps, corners, weights))
+    }
+
+    /// A mesh with a vertex on the surface near the middle of each of these edges, and edges flipped.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn refined(
+        &self,
+        mesh: &ConstrainedMesh,
+        edges: &[[u32; 2]],
+        progress: &ProgressToken,
+    ) -> Result<ConstrainedMesh> {
+        let mut star = StarMesh::from_constrained(mesh);
+        if !self.wanted.maps.is_empty() {
+            star.maps = vec![DMat3::IDENTITY; star.points.len()];
+        }
+        star.refresh_sizes(self.surface, self.target, self.wanted);
+        let first = star.points.len() as u32;
+        for [a, b] in edges {
+            star.split_edge(*a, *b, &self.polylines);
+        }
+        star.flip(progress)?;
+        let new = first..star.points.len() as u32;
+        for v in new {
+            if star.places[v as usize] == Place::Inside {
+                star.relax_inside(v, self.target);
+            }
+        }
+        Ok(star.into_constrained(&self.polylines))
+    }
+
     /// The mesh with as many vertices as wanted, if it has fewer, and with a last relaxation.
     fn finished(&self, mut mesh: StarMesh, guard: Guard) -> Result<ConstrainedMesh> {
         let (target, polylines, progress) = (self.target, &self.polylines, guard.progress);
         mesh.split_to(self.count, polylines);
         guard.run(&mut mesh, |mesh| {
-            for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
+            // No polish follows in a metric.
+            let last = if mesh.maps.is_empty() { LAST_ROUNDS } else { LAST_ROUNDS_IN_METRIC };
+            for _ in 0..progress.at_most(FEW_LAST_ROUNDS, last) {
                 mesh.flip(progress)?;
                 mesh.relax(target, polylines, progress)?;
             }
             Ok(())
         })?;
-        mesh.refresh_sizes(self.surface, target, self.lengths);
+        mesh.refresh_sizes(self.surface, target, self.wanted);
         Ok(mesh.into_constrained(polylines))
     }
 
@@ -291,7 +349,7 @@ fn weighted_area(surface: &TriMesh, t: usize, lengths: &[f64]) -> f64 {
 }
 
 /// The curves of the surface as points; a closed one ends with its first.
-fn polylines(surface: &TriMesh, features: &Features) -> Vec<Polyline> {
+pub(crate) fn polylines(surface: &TriMesh, features: &Features) -> Vec<Polyline> {
     let line = |curve: &Curve| {
         let again = curve.vertices.first().filter(|_| curve.closed);
         let points = curve.vertices.iter().chain(again).map(|v| surface.vertices[*v as usize]);

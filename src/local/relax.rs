@@ -24,6 +24,8 @@ const MAX_DEVIATION: f64 = 0.05;
 const MOST_SLIDE: f64 = 0.4;
 /// Steps of a move that are tried, as shares of it.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
+/// Share of the way to the weighted mean that a vertex takes in a metric: the weights grow with the lengths.
+const SHARE_IN_METRIC: f64 = 0.4;
 /// Fewer vertices than this are moved by one thread.
 const FEW: usize = 64;
 
@@ -119,14 +121,8 @@ impl StarMesh {
         if left < TIP {
             return None;
         }
-        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-        for w in near {
-            let weight = 1.0 / self.size_at(*w);
-            sum += weight * self.points[*w as usize];
-            weights += weight;
-        }
         let up = normal.normalize_or_zero();
-        let step = sum / weights - here;
+        let step = self.pull(v, near);
         let step = step - up * step.dot(up);
         for share in SHARES {
             let goal = here + share * step;
@@ -141,6 +137,25 @@ impl StarMesh {
         None
     }
 
+    /// The way to the mean of the neighbours of a vertex. Where lengths depend on the direction, part of the
+    /// way to the mean weighted by squared lengths in their metric, down the gradient of the sum of their
+    /// fourth powers: that makes edges even there.
+    fn pull(&self, v: u32, near: &[u32]) -> DVec3 {
+        let here = self.points[v as usize];
+        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+        for w in near {
+            let at = self.points[*w as usize];
+            let weight = match self.map_at([v, *w]) {
+                Some(map) => (map * (at - here)).length_squared(),
+                None => 1.0 / self.size_at(*w),
+            };
+            sum += weight * at;
+            weights += weight;
+        }
+        let step = sum / weights - here;
+        if self.maps.is_empty() { step } else { SHARE_IN_METRIC * step }
+    }
+
     fn turns_little_at(&self, v: u32, to: DVec3) -> bool {
         let around = self.star[v as usize].iter().map(|t| self.triangles[*t as usize]);
         self.turn_little(around, |w| if w == v { to } else { self.points[w as usize] })
@@ -152,13 +167,26 @@ impl StarMesh {
 
     /// Whether a triangle around `v` folds over or becomes flat once it is at `to`.
     pub fn folds(&self, v: u32, to: DVec3, up: DVec3) -> bool {
+        let map = self.map_at([v]);
+        // Where stretched triangles are even.
+        let even = |corners: [DVec3; 3]| map.map_or(corners, |map| corners.map(|p| map * p));
+        let even_up = map.filter(|_| up != DVec3::ZERO).map(|map| map.inverse().transpose() * up);
         self.star[v as usize].iter().any(|t| {
             let triangle = self.triangles[*t as usize];
             let old = self.corners(triangle);
             let new = [0, 1, 2].map(|k| if triangle[k] == v { to } else { old[k] });
             let before = doubled_normal(old);
-            let turned = before.dot(doubled_normal(new)) <= 0.0 && before != DVec3::ZERO;
-            turned || folds_or_flattens(old, new, if up == DVec3::ZERO { before } else { up })
+            if before.dot(doubled_normal(new)) <= 0.0 && before != DVec3::ZERO {
+                return true;
+            }
+            let (old, new) = (even(old), even(new));
+            let up = match (map, even_up) {
+                (None, _) if up == DVec3::ZERO => before,
+                (None, _) => up,
+                (Some(_), Some(up)) => up,
+                (Some(_), None) => doubled_normal(old),
+            };
+            folds_or_flattens(old, new, up)
         })
     }
 
@@ -182,12 +210,12 @@ impl StarMesh {
     /// How far each vertex inside a curve is from where it should be, in arc length.
     fn shifts(&self, edges: &[(u32, u32, CurvePart)]) -> Vec<(u32, f64)> {
         let length: f64 = edges.iter().map(|(_, _, part)| (part.to - part.from).abs()).sum();
-        let sizes: f64 = edges.iter().map(|(a, b, _)| self.size(*a, *b)).sum();
+        let sizes: f64 = edges.iter().map(|(a, b, _)| self.size_along(*a, *b)).sum();
         let (mut is, mut should) = (0.0, 0.0);
         let mut shifts: Vec<(u32, f64)> = Vec::with_capacity(edges.len());
         for (a, b, part) in edges {
             is += (part.to - part.from).abs();
-            should += self.size(*a, *b) * length / sizes;
+            should += self.size_along(*a, *b) * length / sizes;
             // The end of the edge.
             let v = if part.from < part.to { *b } else { *a };
             shifts.push((v, should - is));

@@ -73,6 +73,9 @@ impl StarMesh {
                 self.add_vertex(at, Place::Inside, size)
             }
         };
+        if let Some(map) = self.map_at([a, b]) {
+            self.maps.push(map);
+        }
         let triangles: Vec<u32> = self.at_edge(a, b).collect();
         for t in triangles.iter().copied() {
             let old = self.triangles[t as usize];

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 use smallvec::SmallVec;
 
 use super::curve_edges::{CurveEdges, CurvePart};
 use super::surface_samples::SurfaceSamples;
+use super::{EdgeLengths, interpolated};
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::chunks::par_map_chunks;
@@ -16,7 +17,7 @@ use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::queue::Queue;
 use crate::mesh::submesh::renumber;
-use crate::mesh::triangle::{closest_on_triangle, corners_at, doubled_normal};
+use crate::mesh::triangle::{corners_at, doubled_normal};
 use crate::polish::{ConstrainedMesh, CurveEdge, MeshCache, SlidingCurve, Target};
 
 /// Where a vertex may go.
@@ -47,8 +48,12 @@ pub(super) struct StarMesh {
     pub star: Vec<Star>,
     pub places: Vec<Place>,
     pub curves: CurveEdges,
-    /// The relative target edge length at each vertex; empty if they are all equal.
+    /// The relative target edge length at each vertex, the least one if it depends on the direction; empty if
+    /// they are all equal.
     pub sizes: Vec<f64>,
+    /// The map at each vertex in whose image edges of the target length are 1 long; empty if that does not
+    /// depend on the direction.
+    pub maps: Vec<DMat3>,
     /// Where the search for the surface below each vertex ended.
     pub ranks: Vec<usize>,
     /// Vertices that stay where they are, with the triangles around them.
@@ -87,6 +92,7 @@ impl StarMesh {
             places,
             curves,
             sizes: lengths.to_vec(),
+            maps: Vec::new(),
             samples: None,
             used,
         }
@@ -130,6 +136,7 @@ impl StarMesh {
             places,
             curves,
             sizes: lengths.clone(),
+            maps: Vec::new(),
             samples: None,
         }
     }
@@ -224,7 +231,28 @@ impl StarMesh {
 
     /// The length of an edge over its relative target length.
     pub fn relative_length(&self, a: u32, b: u32) -> f64 {
-        self.points[a as usize].distance(self.points[b as usize]) / self.size(a, b)
+        let [p, q] = [a, b].map(|v| self.points[v as usize]);
+        match self.map_at([a, b]) {
+            Some(map) => (map * (q - p)).length(),
+            None => p.distance(q) / self.size(a, b),
+        }
+    }
+
+    /// The relative target length of an edge in its own direction.
+    pub fn size_along(&self, a: u32, b: u32) -> f64 {
+        let Some(map) = self.map_at([a, b]) else { return self.size(a, b) };
+        let edge = self.points[b as usize] - self.points[a as usize];
+        let (length, mapped) = (edge.length(), (map * edge).length());
+        if mapped > 0.0 { length / mapped } else { self.size(a, b) }
+    }
+
+    /// The map in the middle of some vertices; `None` if target lengths do not depend on the direction.
+    pub fn map_at<const N: usize>(&self, vertices: [u32; N]) -> Option<DMat3> {
+        if self.maps.is_empty() {
+            return None;
+        }
+        let sum = vertices.iter().fold(DMat3::ZERO, |sum, v| sum + self.maps[*v as usize]);
+        Some(sum * (1.0 / N as f64))
     }
 
     /// The sum of the normals around a vertex, and the share of their lengths that is left of it: 1 where the
@@ -281,21 +309,24 @@ impl StarMesh {
         self.used -= 1;
     }
 
-    /// Brings the target lengths up to date with the places of the vertices; `lengths` are those at the
+    /// Brings the target lengths up to date with the places of the vertices; `wanted` are those at the
     /// vertices of the surface.
-    pub fn refresh_sizes(&mut self, surface: &TriMesh, target: &Target, lengths: &[f64]) {
+    pub fn refresh_sizes(&mut self, surface: &TriMesh, target: &Target, wanted: EdgeLengths) {
+        let EdgeLengths { lengths, maps } = wanted;
         if lengths.is_empty() {
             return;
         }
-        let at = |p: DVec3| {
-            let (point, t) = target.nearest(p)?;
-            let weights = closest_on_triangle(point, surface.corners(t as usize)).barycentric;
-            let corners = surface.triangles[t as usize];
-            Some((0..3).map(|k| weights[k] * lengths[corners[k] as usize]).sum())
-        };
-        let vertices = self.sizes.par_iter_mut().zip(&self.points).zip(&self.star);
-        let used = vertices.filter(|(_, star)| !star.is_empty());
-        used.for_each(|((size, p), _)| *size = at(*p).unwrap_or(*size));
+        let places: Vec<_> = (self.points.par_iter().zip(&self.star))
+            .map(|(p, star)| if star.is_empty() { None } else { target.corners_near(*p, surface) })
+            .collect();
+        for (v, (corners, weights)) in
+            (0..).zip(places).filter_map(|(v, place): (usize, _)| Some((v, place?)))
+        {
+            self.sizes[v] = (0..3).map(|k| weights[k] * lengths[corners[k] as usize]).sum();
+            if let Some(map) = self.maps.get_mut(v) {
+                *map = interpolated(maps, corners, weights);
+            }
+        }
     }
 
     /// The vertices of each curve, in order along it, with their arc lengths.

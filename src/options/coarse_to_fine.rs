@@ -2,7 +2,7 @@
 
 use super::refine::Refinement;
 use super::target_count::Length;
-use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
+use super::{MAX_ASPECT, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
 use crate::io::read_feature_lines;
 use crate::mesh::features::{FeatureLine, FeatureOptions};
 use crate::{Error, Result};
@@ -81,9 +81,36 @@ pub enum Sizing {
     /// directions. If [`Options::vertices`](crate::Options::vertices) is 0, the result has as few vertices as
     /// possible; otherwise it has that number, at the smallest distance possible.
     Deviation(Length),
+    /// Shorter where the surface is curved, and longer along the direction in which it bends least: in
+    /// proportion to the inverse roots of the two principal curvatures. Triangles are even in the metric of
+    /// these lengths, and stretched on the surface. Made by local operations.
+    Anisotropic {
+        /// Largest quotient of the two lengths at a place, 1 to [`MAX_ASPECT`].
+        aspect: f64,
+        /// As for [`Sizing::Deviation`]; `None` for a number of vertices alone.
+        deviation: Option<Length>,
+    },
 }
 
 impl Sizing {
+    /// The largest distance between input and result, if one is asked for.
+    #[must_use]
+    pub fn deviation(&self) -> Option<Length> {
+        match self {
+            Self::Deviation(most) => Some(*most),
+            Self::Anisotropic { deviation, .. } => *deviation,
+            _ => None,
+        }
+    }
+
+    /// The largest quotient of two lengths at one place, if lengths depend on the direction.
+    pub(crate) fn aspect(&self) -> Option<f64> {
+        match self {
+            Self::Anisotropic { aspect, .. } => Some(*aspect),
+            _ => None,
+        }
+    }
+
     /// Whether edges are equally long but where that would cut off or miss a part of the surface.
     pub(crate) fn is_even(&self) -> bool {
         matches!(self, Self::Automatic | Self::Uniform)
@@ -173,7 +200,7 @@ pub struct CoarseToFineOptions {
     /// The edge lengths over the surface.
     pub sizing: Sizing,
     /// Parts of the surface with edges of a given length, from which lengths change by the growth. The rest
-    /// gets the vertices that are left. Not with [`Sizing::Deviation`].
+    /// gets the vertices that are left. Not with [`Sizing::Deviation`] and [`Sizing::Anisotropic`].
     pub refine: Vec<Refinement>,
     /// Minimum edge length, if lengths vary; at most that of a uniform mesh. `None`: an eighth of that.
     pub min_edge: Option<Length>,
@@ -224,7 +251,7 @@ impl CoarseToFineOptions {
         let boundary = ("keep_boundary", self.keep_boundary);
         let kept = ("keep", !self.keep.is_empty());
         let local = ("local", self.local);
-        let deviation = ("max_deviation", matches!(self.sizing, Sizing::Deviation(_)));
+        let deviation = ("max_deviation", self.sizing.deviation().is_some());
         let contradictions = [
             (points, local),
             (points, deviation),
@@ -242,6 +269,23 @@ impl CoarseToFineOptions {
         Ok(())
     }
 
+    /// Refuses what has other lengths, and what local operations do not keep.
+    fn check_anisotropic(&self) -> Result<()> {
+        if self.sizing.aspect().is_none() {
+            return Ok(());
+        }
+        let others = [
+            ("local", self.local),
+            ("refine", !self.refine.is_empty()),
+            ("keep", !self.keep.is_empty()),
+            ("keep_boundary", self.keep_boundary),
+            ("points", !self.points.is_empty()),
+        ];
+        let Some((other, _)) = others.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
+        let problem = format!("`{other}` does not go together with anisotropic sizing");
+        Err(Error::option(other, problem, "remove one of them"))
+    }
+
     /// Refuses what is known for the whole input but not for its half.
     fn check_symmetric(&self) -> Result<()> {
         if self.symmetric.is_none() {
@@ -256,7 +300,7 @@ impl CoarseToFineOptions {
             ("kept labels, texture seams or rims", !self.label_borders.is_empty()),
             ("kept labels, texture seams or rims", !self.fixed_half_edges.is_empty()),
             ("edge lengths for each vertex", matches!(self.sizing, Sizing::Given(_))),
-            ("a maximum deviation", matches!(self.sizing, Sizing::Deviation(_))),
+            ("a maximum deviation", self.sizing.deviation().is_some()),
         ];
         let Some((other, _)) = of_input.into_iter().find(|(_, is_given)| *is_given) else { return Ok(()) };
         let problem = format!("`symmetric` does not go together with {other}");
@@ -285,7 +329,13 @@ impl CoarseToFineOptions {
             let problem = format!("`gradation` {gradation} is out of range");
             return Err(Error::option("sizing", problem, format!("use 0 to {MAX_GRADATION}, such as 1")));
         }
-        if let Sizing::Deviation(Length::Units(most) | Length::OfDiagonal(most)) = self.sizing
+        if let Some(aspect) = self.sizing.aspect()
+            && !(1.0..=MAX_ASPECT).contains(&aspect)
+        {
+            let problem = format!("`aspect` {aspect} is out of range");
+            return Err(Error::option("sizing", problem, format!("use 1 to {MAX_ASPECT}, such as 8")));
+        }
+        if let Some(Length::Units(most) | Length::OfDiagonal(most)) = self.sizing.deviation()
             && !(most > 0.0 && most.is_finite())
         {
             let problem = format!("the maximum deviation {most} is out of range");
@@ -296,9 +346,10 @@ impl CoarseToFineOptions {
             ));
         }
         super::refine::check(&self.refine)?;
+        self.check_anisotropic()?;
         self.check_kept()?;
         self.check_symmetric()?;
-        if !self.refine.is_empty() && matches!(self.sizing, Sizing::Deviation(_)) {
+        if !self.refine.is_empty() && self.sizing.deviation().is_some() {
             let problem = "`refine` sets edge lengths, and so does a maximum deviation";
             return Err(Error::option("refine", problem, "remove one of them"));
         }

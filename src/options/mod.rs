@@ -121,6 +121,9 @@ pub const MAX_LBFGS: u32 = 50;
 /// Maximum gradation of [`Sizing::Curvature`].
 pub const MAX_GRADATION: f64 = 3.0;
 
+/// Maximum aspect of [`Sizing::Anisotropic`].
+pub const MAX_ASPECT: f64 = 100.0;
+
 /// Maximum of [`CoarseToFineOptions::growth`]. Larger values prevent well-shaped triangles.
 pub const MAX_GROWTH: f64 = 1.0;
 
@@ -256,7 +259,7 @@ impl Options {
     /// # Errors
     /// [`Error::Usage`] that names the field.
     pub fn validate(&self) -> Result<()> {
-        let are_counted = self.vertices > 0 || !matches!(self.coarse_to_fine.sizing, Sizing::Deviation(_));
+        let are_counted = self.vertices > 0 || self.coarse_to_fine.sizing.deviation().is_none();
         if let Some(faces) = self.faces
             && !(4..2 * u64::from(u32::MAX / 2)).contains(&(faces as u64))
         {
@@ -314,6 +317,13 @@ impl Options {
             }
             Method::AllAtOnce if self.shortage == Shortage::AddVertices => {
                 let problem = "`shortage` add-vertices works only with Method::CoarseToFine";
+                Err(Error::option("shortage", problem, "use `shortage` best-effort or refuse"))
+            }
+            Method::CoarseToFine
+                if self.shortage == Shortage::AddVertices
+                    && self.coarse_to_fine.sizing.aspect().is_some() =>
+            {
+                let problem = "`shortage` add-vertices does not go together with anisotropic sizing";
                 Err(Error::option("shortage", problem, "use `shortage` best-effort or refuse"))
             }
             Method::CoarseToFine => Ok(()),

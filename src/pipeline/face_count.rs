@@ -11,7 +11,7 @@ use super::{Made, Summary, WarningCode};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::topology::topology;
-use crate::options::{Method, Options, Sizing};
+use crate::options::{Method, Options};
 use crate::{Result, TriMesh};
 
 /// Maximum number of further runs if the number of triangles was not met.
@@ -69,7 +69,7 @@ pub(super) fn may_change(options: &Options, mesh: &TriMesh) -> bool {
 
 /// Whether runs can be made with another number of vertices than that of the options.
 fn can_vary(options: &Options) -> bool {
-    options.method == Method::CoarseToFine && !matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_))
+    options.method == Method::CoarseToFine && options.coarse_to_fine.sizing.deviation().is_none()
 }
 
 /// What a run came to, and the number of triangles that was asked for.

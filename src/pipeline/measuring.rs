@@ -6,7 +6,7 @@ use crate::mesh::correspondence::{
 };
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
-use crate::options::{MeasureDepth, Method, Options, Sizing};
+use crate::options::{MeasureDepth, Method, Options};
 use crate::pipeline::deviation::measured::ACCURACY;
 use crate::pipeline::kept::Kept;
 use crate::pipeline::rounding::Rounding;
@@ -46,13 +46,11 @@ impl MeasureRequest {
         let energy = options.has_exact_faces() && options.iterations > 0;
         // The default method answers for what it makes.
         let intersections = depth >= MeasureDepth::Intersections || options.method == Method::CoarseToFine;
-        match options.coarse_to_fine.sizing {
-            Sizing::Deviation(_) => {
-                let (depth, accuracy) = (MeasureDepth::Full, accuracy.min(ACCURACY));
-                Self { depth, accuracy, energy, intersections }
-            }
-            _ => Self { depth, accuracy, energy, intersections },
-        }
+        let (depth, accuracy) = match options.coarse_to_fine.sizing.deviation() {
+            Some(_) => (MeasureDepth::Full, accuracy.min(ACCURACY)),
+            None => (depth, accuracy),
+        };
+        Self { depth, accuracy, energy, intersections }
     }
 }
 

@@ -1,6 +1,7 @@
 //! A run: prepare the input, remesh it by one of the pipelines, measure the result.
 
 mod all_at_once;
+mod anisotropic;
 mod bends;
 mod cells;
 mod clock;
@@ -43,7 +44,7 @@ use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::{Length, Options, Sizing};
+use crate::options::{Length, Options};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
@@ -71,7 +72,9 @@ use warning::Warning;
 pub use deviation::DeviationSummary;
 pub(crate) use prepare::{compile, compile_later};
 pub use preview::{Preview, PreviewKept, PreviewLevel, preview, preview_repaired};
-pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, ShorterEdges, Summary};
+pub use result::{
+    ExactSummary, FeatureSummary, MetricQuality, PhaseTime, Remeshed, RunTimings, ShorterEdges, Summary,
+};
 pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]
 pub(crate) use user_curves::UserCurves;
@@ -188,8 +191,8 @@ fn finish(
     let cells = progress.during(|p| cells_of(&mut outcome, (&result, &repaired.mesh), &frame, options, p))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, elsewhere, options, p))?;
     clock.end_phase("measure");
-    let (deviation, diagonal) =
-        (course.summary(measured.output.distances), UnitFrame::of(&repaired.mesh)?.scale);
+    let (deviation, metric) = (course.summary(measured.output.distances), outcome.metric);
+    let (diagonal, simplified) = (UnitFrame::of(&repaired.mesh)?.scale, outcome.simplified_components);
     let spacing = frame.scale * spacing(surface.area(), outcome.vertices);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
     let about = WarningInput {
@@ -204,11 +207,10 @@ fn finish(
         missed_regions: plan.refined.remarks_on_missed(options, kept)?,
         pinned,
         deviation,
-        shapes: Shapes { options, input: before, result: after, kept, spacing, diagonal },
+        shapes: Shapes { options, input: before, result: after, kept, metric, spacing, diagonal },
     };
     let warnings = progress.during(|progress| warnings(&about, progress))?;
-    let (crossing, smallest, simplified) =
-        (measured.input_intersections, measured.output.quality.min_angle, outcome.simplified_components);
+    let (crossing, smallest) = (measured.input_intersections, measured.output.quality.min_angle);
     let summary = Summary {
         remarks: remarks((&repaired, kept), &input, crossing, simplified, rounding.as_ref()),
         input_self_intersecting_faces: crossing,
@@ -233,6 +235,7 @@ fn finish(
         features: outcome.features,
         cells: cells.as_ref().map(|cells| cells.summary(repaired.mesh.area())),
         small_angles: SmallAngleSummary::new((&result, kept), smallest, outcome.mended, options),
+        metric,
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),
@@ -346,9 +349,9 @@ fn make_as_asked(
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<(Made, Course)> {
-    match input.options.coarse_to_fine.sizing {
-        Sizing::Deviation(most) => make_within(device, input, most, progress, clock),
-        _ => Ok((make(device, input, progress, clock)?, Course::default())),
+    match input.options.coarse_to_fine.sizing.deviation() {
+        Some(most) => make_within(device, input, most, progress, clock),
+        None => Ok((make(device, input, progress, clock)?, Course::default())),
     }
 }
 

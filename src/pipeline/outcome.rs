@@ -1,6 +1,6 @@
 //! The outcome of an attempt.
 
-use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
+use super::result::{ExactSummary, FeatureSummary, MetricQuality, ShorterEdges};
 use super::small_angles::MendingCounts;
 use crate::mesh::forced_angles::ForcedAngles;
 use crate::mesh::quality::angle_below;
@@ -49,6 +49,8 @@ pub(crate) struct Outcome {
     pub outliers: Vec<Outlier>,
     /// Where edges are shorter than elsewhere so that nothing is left out.
     pub shorter_edges: Option<ShorterEdges>,
+    /// With [`crate::Sizing::Anisotropic`].
+    pub metric: Option<MetricQuality>,
     /// What was done about small angles.
     pub mended: MendingCounts,
     /// Number of attempts up to this one.

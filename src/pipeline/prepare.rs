@@ -260,8 +260,10 @@ fn divide(
     plan: &Plan,
     progress: &ProgressToken,
 ) -> Result<Option<Division>> {
-    // The user's curves may be on a small component, and the other method's presets are never changed.
-    if options.method != Method::CoarseToFine || plan.has_kept() {
+    // The user's curves may be on a small component, and the other method's presets are never changed. Local
+    // operations take components of any size.
+    let is_local = options.coarse_to_fine.sizing.aspect().is_some();
+    if options.method != Method::CoarseToFine || plan.has_kept() || is_local {
         return Ok(None);
     }
     if Components::new(mesh).count() == 1 {

@@ -95,9 +95,13 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
 pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
     let options = &with_vertices(mesh, repaired.as_ref(), options)?;
-    if let Sizing::Deviation(_) = options.coarse_to_fine.sizing {
+    if options.coarse_to_fine.sizing.deviation().is_some() {
         let problem = "a maximum deviation has no plan in advance, because its edge lengths follow from \
         several runs";
+        return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
+    }
+    if options.coarse_to_fine.sizing.aspect().is_some() {
+        let problem = "anisotropic sizing has no plan in advance, because it has no levels";
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let repaired = repaired_for(mesh, repaired, options, &ProgressToken::default())?;

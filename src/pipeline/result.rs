@@ -82,6 +82,8 @@ pub struct Summary {
     pub cells: Option<CellSummary>,
     /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
     pub small_angles: Option<super::SmallAngleSummary>,
+    /// How even triangles are in the metric of [`crate::Sizing::Anisotropic`], if that was asked for.
+    pub metric: Option<MetricQuality>,
     /// Where edges are shorter than elsewhere, with [`crate::Sizing::Automatic`]; `None` if nowhere.
     pub shorter_edges: Option<ShorterEdges>,
     /// What [`crate::Sizing::Deviation`] led to, if that was asked for.
@@ -141,11 +143,31 @@ impl FeatureSummary {
         }
     }
 
+    /// The same without its sharp edges, which are given up.
+    pub(crate) fn without_sharp_edges(self) -> Self {
+        let mut discarded = self.discarded;
+        discarded.give_up(self.curves, self.sharp_length);
+        Self { curves: 0, corners: 0, patches: 1, sharp_length: 0.0, discarded, ..self }
+    }
+
     /// Multiplies the lengths by `unit`.
     pub(crate) fn in_units(&mut self, unit: f64) {
         self.sharp_length *= unit;
         self.discarded.in_units(unit);
     }
+}
+
+/// How even triangles are in a metric, in which lengths depend on the direction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct MetricQuality {
+    /// The mean quality of the triangles, 0 to 1.
+    pub mean_quality: f64,
+    /// The smallest angle in degrees.
+    pub min_angle: f64,
+    /// The mean over the triangles of the quotient of the longest and the shortest length that edges are to
+    /// have there.
+    pub mean_aspect: f64,
 }
 
 /// Where edges are shorter than elsewhere, since a part of the input would be left out: such as a fold that

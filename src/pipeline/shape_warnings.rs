@@ -2,6 +2,7 @@
 
 use super::kept::Kept;
 use super::missing::farthest_vertex;
+use super::result::MetricQuality;
 use super::warning::{Warning, WarningCode};
 use crate::grammar::counted;
 use crate::measure::{Measures, relative_volume, triangle_bounds};
@@ -55,6 +56,8 @@ pub(crate) struct Shapes<'a> {
     pub result: (&'a TriMesh, &'a Measures),
     /// The triangles of the result that are kept as they are, its last ones: their angles are the input's.
     pub kept: Option<&'a Kept>,
+    /// The triangles in their metric, if lengths depend on the direction.
+    pub metric: Option<MetricQuality>,
     /// Edge length of a perfect layout, and the diagonal of the input's bounding box, in the input's units.
     pub spacing: f64,
     pub diagonal: f64,
@@ -121,6 +124,15 @@ impl Shapes<'_> {
         let quality = &measures.quality;
         if self.options.method != Method::CoarseToFine {
             return None;
+        }
+        if let Some(metric) = self.metric {
+            return (metric.min_angle < SMALL).then(|| {
+                format!(
+                    "angles fall to {:.1} degrees in the metric of the edge lengths: ask for more vertices, \
+                     or a smaller `aspect`",
+                    metric.min_angle
+                )
+            });
         }
         let feature_angle = self.options.coarse_to_fine.feature_angle;
         let below_30 = match self.kept {
@@ -296,6 +308,7 @@ mod tests {
             input: (input, &topology),
             result: (result, &measures),
             kept: None,
+            metric: None,
             spacing: 0.1 * lo.distance(hi),
             diagonal: lo.distance(hi),
         };

@@ -53,7 +53,9 @@ impl SmallAngleSummary {
     ) -> Option<Self> {
         let (min_angle, feature_angle) =
             (options.coarse_to_fine.min_angle, options.coarse_to_fine.feature_angle);
-        if options.method != Method::CoarseToFine || min_angle == 0.0 {
+        // Stretched triangles have small angles by design.
+        let is_stretched = options.coarse_to_fine.sizing.aspect().is_some();
+        if options.method != Method::CoarseToFine || min_angle == 0.0 || is_stretched {
             return None;
         }
         let MendingCounts { edits, vertices } = mended;

@@ -184,8 +184,7 @@ fn finish(
     let measured = measuring.measure(progress)?;
     let (on, count) = (&repaired.mesh, result.vertices.len());
     let cells = cells_of(&mut Outcome::default(), (&result, on), &frame, options, progress)?;
-    let crossing = measured.input_intersections;
-    let simplified = summary.collapsed_components;
+    let (crossing, simplified) = (measured.input_intersections, summary.collapsed_components);
     let mut list = remarks((repaired, None), input, crossing, simplified, rounding.as_ref());
     if count != options.vertices {
         let off = count.abs_diff(options.vertices);
@@ -194,12 +193,12 @@ fn finish(
         let off = counted(off, ["vertex", "vertices"]);
         list.push(format!("{off} {word} than asked for{reason}"));
     }
-    let mended = summary.small_angles.unwrap_or_default();
-    let mended = MendingCounts { edits: 2 * mended.edits, vertices: 2 * mended.vertices };
+    let SmallAngleSummary { edits, vertices, .. } = summary.small_angles.unwrap_or_default();
+    let mended = MendingCounts { edits: 2 * edits, vertices: 2 * vertices };
     let smallest = measured.output.quality.min_angle;
     let curves = CurvesOfWhole::find(on, &frame, options, count)?;
-    let faults =
-        std::mem::take(&mut summary.warnings).into_iter().zip(std::mem::take(&mut summary.warning_codes));
+    let (texts, codes) = (std::mem::take(&mut summary.warnings), std::mem::take(&mut summary.warning_codes));
+    let faults = texts.into_iter().zip(codes);
     let fault = faults.filter(|(_, code)| *code == WarningCode::Fault);
     let fault = fault.map(|(text, code)| Warning { code, text: format!("in one half, {text}") }).next();
     let shapes = Shapes {
@@ -207,6 +206,7 @@ fn finish(
         input: (on, input),
         result: (&result, &measured.output),
         kept: None,
+        metric: summary.metric,
         spacing: spacing(on.area(), count),
         diagonal: frame.scale,
     };

@@ -165,7 +165,12 @@ fn side_excess(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, star
 
 /// Whether the triangles after the flip face the same way as those before, do not form a sharper edge, and
 /// are not too flat.
-pub(crate) fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
+pub(crate) fn keeps_shape(ring: [DVec3; 4]) -> bool {
+    keeps_direction(ring) && has_no_wide_angle(ring)
+}
+
+/// Whether the triangles after the flip face the same way as those before, and do not form a sharper edge.
+pub(crate) fn keeps_direction([a, b, c, d]: [DVec3; 4]) -> bool {
     let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
     let pair = old + other;
@@ -178,11 +183,10 @@ pub(crate) fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
     new.dot(pair) > MIN_AGREEMENT * new_len * pair_len
         && next.dot(pair) > MIN_AGREEMENT * next_len * pair_len
         && dihedral >= MIN_DIHEDRAL.min(before)
-        && has_no_wide_angle([a, b, c, d])
 }
 
 /// Whether no angle of the triangles after the flip is too wide.
-pub(super) fn has_no_wide_angle([a, b, c, d]: [DVec3; 4]) -> bool {
+pub(crate) fn has_no_wide_angle([a, b, c, d]: [DVec3; 4]) -> bool {
     [[a, d, c], [b, c, d], [d, a, c], [c, b, d], [c, d, a], [d, c, b]]
         .iter()
         .all(|&[at, p, q]| (p - at).dot(q - at) >= MIN_COSINE * (p - at).length() * (q - at).length())

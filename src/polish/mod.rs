@@ -36,7 +36,7 @@ use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result};
 use flip::flip_edges;
-pub(crate) use flip::{angle_gain, keeps_shape};
+pub(crate) use flip::{angle_gain, has_no_wide_angle, keeps_direction};
 use locked::Locked;
 pub(crate) use quadric::{PulledSite, add_ridges, line_up, pull_sites};
 pub(crate) use relax::folds_or_flattens;

@@ -9,7 +9,7 @@ use crate::mesh::bvh::{Bvh, PatchTrees};
 use crate::mesh::correspondence::SurfaceSearch;
 use crate::mesh::half_edges::twins;
 use crate::mesh::surface_tree::SurfaceTree;
-use crate::mesh::triangle::doubled_normal;
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// The surface that a mesh is to approximate, prepared for closest-point queries.
 #[derive(Debug, Clone)]
@@ -95,6 +95,14 @@ impl Target {
     /// The closest point of the whole surface, with its triangle; `None` for a point that is not finite.
     pub fn nearest(&self, p: DVec3) -> Option<(DVec3, u32)> {
         self.tree.bvh.closest(p).map(|closest| (closest.point, closest.triangle))
+    }
+
+    /// The corners of the triangle of `surface`, which is that of the target, at its closest point, and the
+    /// barycentric coordinates of that; `None` for a point that is not finite.
+    pub(crate) fn corners_near(&self, p: DVec3, surface: &TriMesh) -> Option<([u32; 3], [f64; 3])> {
+        let (point, t) = self.nearest(p)?;
+        let weights = closest_on_triangle(point, surface.corners(t as usize)).barycentric;
+        Some((surface.triangles[t as usize], weights))
     }
 
     /// The closest point on the triangles of a patch that face the same way as `normal`. The search begins at

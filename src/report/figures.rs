@@ -7,7 +7,7 @@ use crate::measure::Measures;
 use crate::mesh::cell_mesh::CellKind;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
 use crate::mesh::features::Discarded;
-use crate::pipeline::{ShorterEdges, Summary};
+use crate::pipeline::{MetricQuality, ShorterEdges, Summary};
 use crate::sites::restricted_voronoi::Energy;
 
 /// A name, the same in every run, and its value as text.
@@ -84,6 +84,12 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     if let Some([least, largest]) = s.edge_lengths {
         rows.push(("requested edge lengths", format!("{least:.6} to {largest:.6} (input's units)")));
+    }
+    if let Some(metric) = s.metric {
+        let MetricQuality { mean_quality, min_angle, mean_aspect } = metric;
+        rows.push(("in the metric: mean quality", format!("{mean_quality:.3}")));
+        rows.push(("in the metric: smallest angle", format!("{min_angle:.1}°")));
+        rows.push(("mean aspect of the metric", format!("{mean_aspect:.2}")));
     }
     if let Some(shorter) = &s.shorter_edges {
         let ShorterEdges { places, shortest, vertices } = shorter;

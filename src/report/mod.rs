@@ -12,8 +12,8 @@ use serde_json::Value;
 
 pub use crate::gpu::StageTime;
 pub use crate::pipeline::{
-    DeviationSummary, ExactSummary, FeatureSummary, PhaseTime, RunTimings, ShorterEdges, SmallAngleSummary,
-    Summary,
+    DeviationSummary, ExactSummary, FeatureSummary, MetricQuality, PhaseTime, RunTimings, ShorterEdges,
+    SmallAngleSummary, Summary,
 };
 pub use crate::sites::connect::ConnectCounts;
 pub use crate::sites::poisson::DiskSummary;

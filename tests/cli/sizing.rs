@@ -83,6 +83,27 @@ fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
     assert_eq!(read(place.path("many/torus.ply")).unwrap().mesh.vertices.len(), count);
 }
 
+#[test]
+fn edges_may_be_longer_one_way_than_the_other() {
+    let place = place();
+    place.run("sample torus torus.ply");
+    let stretched = "-n 400 --sizing anisotropic --aspect 3";
+    let (_, text) = place.run(&format!("remesh torus.ply out.ply {stretched} --report out.json -v"));
+    assert!(text.contains("in the metric: mean quality"), "{text}");
+    assert_eq!(read(place.path("out.ply")).unwrap().mesh.vertices.len(), 400);
+    let report = std::fs::read_to_string(place.path("out.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    let aspect = report["metric"]["mean_aspect"].as_f64().unwrap();
+    assert!((1.1..3.0).contains(&aspect) && report["small_angles"].is_null(), "{report}");
+    place.run(&format!("batch torus.ply --out many {stretched}"));
+    let [one, many] = ["out.ply", "many/torus.ply"].map(|name| std::fs::read(place.path(name)).unwrap());
+    assert_eq!(one, many);
+    place.run("remesh torus.ply close.ply --sizing anisotropic --max-deviation 1% --report close.json");
+    let report = std::fs::read_to_string(place.path("close.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["deviation"]["is_reached"], true, "{report}");
+}
+
 /// A cube as `cube.obj` with groups `top` and `rest`.
 fn grouped(place: &Place) {
     let corners =
@@ -134,7 +155,18 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
         ("in.ply out.ply --sizing curvature --min-edge 90%", "the mean edge length of the result"),
         ("in.ply out.ply --sizing curvature --preset rpf", "--preset default"),
-        ("in.ply out.ply --max-deviation 1% --sizing curvature", "cannot be used with"),
+        ("in.ply out.ply --max-deviation 1% --sizing curvature", "use --sizing anisotropic"),
+        ("in.ply out.ply --sizing curvature --aspect 3", "--aspect needs --sizing anisotropic"),
+        ("in.ply out.ply --sizing anisotropic --aspect 0.5", "use 1 to 100"),
+        ("in.ply out.ply --sizing anisotropic --gradation 1", "--gradation needs"),
+        ("in.ply out.ply --sizing anisotropic --keep-boundary", "--keep-boundary does not go together"),
+        ("in.ply out.ply --sizing anisotropic --only label:top", "--only does not go together"),
+        ("in.ply out.ply --sizing anisotropic --min-angle 20", "--min-angle does not go together"),
+        ("in.ply out.ply --sizing anisotropic --vertices-at-least", "--vertices-at-least does not"),
+        ("in.ply out.ply --sizing anisotropic --refine sphere:0,0,0,9=1", "--refine does not go together"),
+        ("in.ply out.ply --sizing anisotropic --min-edge 90%", "the mean edge length of the result"),
+        ("in.ply --sizing anisotropic --dry-run", "no plan in advance"),
+        ("in.ply out.ply --sizing anisotropic --preset rtf", "--preset default"),
         ("in.ply out.ply --max-deviation 0", "out of range"),
         ("in.ply out.ply --max-deviation 1% --preset rtf", "--preset default"),
         ("in.ply --max-deviation 1% --dry-run", "several runs"),

@@ -1,7 +1,7 @@
 //! Remeshing by local operations: the number of vertices, the topology and the features hold on any mesh.
 
 use glam::DVec3;
-use rtfmesh::local::{LocalOptions, LocalSurface};
+use rtfmesh::local::{EdgeLengths, LocalOptions, LocalSurface};
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::features::{FeatureOptions, Features, find_features, spacing_of};
 use rtfmesh::mesh::intersections::intersecting_faces;
@@ -27,7 +27,8 @@ fn with_progress(
     let spacing = spacing_of(surface, vertices).unwrap();
     let features = find_features(surface, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(surface).in_patches(features.patches.clone());
-    LocalSurface::new((surface, &target), &features, (&[], vertices), progress)?.remeshed(&OPTIONS, progress)
+    LocalSurface::new((surface, &target), &features, (EdgeLengths::default(), vertices), progress)?
+        .remeshed(&OPTIONS, progress)
 }
 
 const OPTIONS: LocalOptions = LocalOptions { longest: 1.06, guarded: false, gradual: false };
@@ -223,7 +224,13 @@ fn lengths_that_differ_are_followed() {
     let target = Target::new(&surface).in_patches(features.patches.clone());
     let options = LocalOptions { longest: 1.5, ..OPTIONS };
     let progress = ProgressToken::default();
-    let start = LocalSurface::new((&surface, &target), &features, (&lengths, 1000), &progress).unwrap();
+    let start = LocalSurface::new(
+        (&surface, &target),
+        &features,
+        (EdgeLengths { lengths: &lengths, maps: &[] }, 1000),
+        &progress,
+    )
+    .unwrap();
     let made = start.remeshed(&options, &progress).unwrap();
     assert_eq!((made.mesh.vertices.len(), made.lengths.len()), (1000, 1000));
     let above = made.mesh.vertices.iter().filter(|v| v.z > 0.0).count();
@@ -238,7 +245,8 @@ fn rods_as_thin_as_an_edge_become_even_gradually() {
     let features = find_features(&rod, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(&rod).in_patches(features.patches.clone());
     let progress = ProgressToken::default();
-    let start = LocalSurface::new((&rod, &target), &features, (&[], 40), &progress).unwrap();
+    let start =
+        LocalSurface::new((&rod, &target), &features, (EdgeLengths::default(), 40), &progress).unwrap();
     let [plain, gradual] = [false, true].map(|gradual| {
         let made = start.remeshed(&LocalOptions { gradual, ..OPTIONS }, &progress).unwrap().mesh;
         assert_eq!(kind(&topology(&made)), kind(&topology(&rod)));
@@ -268,7 +276,8 @@ fn fixed_points_stay_on_a_surface_that_is_much_finer() {
     let progress = ProgressToken::default();
     let features = find_features(&surface, &FeatureOptions::new(1.0)).unwrap();
     let target = Target::new(&surface).in_patches(features.patches.clone());
-    let mut start = LocalSurface::new((&surface, &target), &features, (&[], 60), &progress).unwrap();
+    let mut start =
+        LocalSurface::new((&surface, &target), &features, (EdgeLengths::default(), 60), &progress).unwrap();
     let edge = spacing_of(&surface, 60).unwrap();
     let points = [surface.vertices[17], surface.vertices[1000]];
     start.fix(points);
@@ -305,7 +314,9 @@ fn odd_meshes_survive_and_reruns_agree() {
     }
     let (empty, progress) = (TriMesh::default(), ProgressToken::default());
     let target = Target::new(&empty);
-    let start = LocalSurface::new((&empty, &target), &Features::default(), (&[], 10), &progress).unwrap();
+    let start =
+        LocalSurface::new((&empty, &target), &Features::default(), (EdgeLengths::default(), 10), &progress)
+            .unwrap();
     assert_eq!(start.remeshed(&OPTIONS, &progress).unwrap().mesh, empty);
 }
 

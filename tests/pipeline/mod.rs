@@ -1,5 +1,6 @@
 //! Whole runs through the library.
 
+pub mod anisotropic;
 pub mod bends;
 pub mod choices;
 pub mod coarse_to_fine;

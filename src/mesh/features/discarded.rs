@@ -31,6 +31,12 @@ impl Discarded {
         self.short_length + self.dangling_length + self.strip_length
     }
 
+    /// Counts further chains of this length, which would be features, as too short.
+    pub(crate) fn give_up(&mut self, chains: usize, length: f64) {
+        self.short_chains += chains;
+        self.short_length += length;
+    }
+
     /// Multiplies the lengths by `unit`.
     pub(crate) fn in_units(&mut self, unit: f64) {
         let lengths = [

@@ -16,13 +16,113 @@ const MOST_ROUNDS: f64 = 60.0;
 /// Half the arc length over which a curve's curvature is taken, in edge lengths of the output.
 const HALF_STRETCH: f64 = 0.75;
 
-/// The tensor's xx, yy, zz, xy, yz and zx, times the area.
+/// A tensor's xx, yy, zz, xy, yz and zx.
 type Tensor = [f64; 6];
 
 /// The curvature at each vertex: the root of the sum of the squared principal curvatures, over about half an
 /// edge of a mesh of this `spacing`. Half-edges, `3 * triangle + side`, that are `on_curve` do not bend; an
 /// empty list means none.
 pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64> {
+    let size = |[xx, yy, zz, xy, yz, zx]: Tensor| {
+        (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
+    };
+    tensors(surface, on_curve, spacing).into_iter().map(size).collect()
+}
+
+/// How a surface bends at a vertex.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Bend {
+    /// The direction in which it bends most, of length 1; 0 if no triangle has the vertex.
+    pub across: DVec3,
+    /// The principal curvature in that direction, without its sign, in the inverse of the surface's unit.
+    pub most: f64,
+    /// The other one.
+    pub least: f64,
+}
+
+/// How the surface bends at each vertex, over about half an edge of a mesh of this `spacing`. Half-edges that
+/// are `on_curve` do not bend; at a vertex on a curve, the side that bends most counts.
+pub fn bends(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<Bend> {
+    let (cut, origin) = cut_along(surface, on_curve);
+    let tensors = tensors(&cut, &[], spacing);
+    let mut normals = vec![DVec3::ZERO; cut.vertices.len()];
+    for (t, triangle) in cut.triangles.iter().enumerate() {
+        triangle.iter().for_each(|v| normals[*v as usize] += cut.doubled_normal(t));
+    }
+    let mut bends = vec![Bend::default(); surface.vertices.len()];
+    for ((tensor, normal), v) in tensors.into_iter().zip(normals).zip(origin) {
+        let Some(normal) = normal.try_normalize() else { continue };
+        let (here, now) = (&mut bends[v as usize], bend(tensor, normal));
+        if here.across == DVec3::ZERO || now.most > here.most {
+            *here = now;
+        }
+    }
+    bends
+}
+
+/// The principal curvatures in the plane of this normal. The tensor has each as the value of the direction
+/// across it.
+fn bend([xx, yy, zz, xy, yz, zx]: Tensor, normal: DVec3) -> Bend {
+    let (u, w) = normal.any_orthonormal_pair();
+    let times = |p: DVec3| {
+        DVec3::new(
+            xx * p.x + xy * p.y + zx * p.z,
+            xy * p.x + yy * p.y + yz * p.z,
+            zx * p.x + yz * p.y + zz * p.z,
+        )
+    };
+    let (a, b, c) = (u.dot(times(u)), u.dot(times(w)), w.dot(times(w)));
+    let (mean, half) = (0.5 * (a + c), (0.5 * (a - c)).hypot(b));
+    let (sin, cos) = (0.5 * (2.0 * b).atan2(a - c)).sin_cos();
+    let (first, second) = (cos * u + sin * w, cos * w - sin * u);
+    let (one, other) = ((mean + half).abs(), (mean - half).abs());
+    if one >= other {
+        Bend { across: second, most: one, least: other }
+    } else {
+        Bend { across: first, most: other, least: one }
+    }
+}
+
+/// The surface cut along half-edges on curves, and the vertex that each of its vertices was.
+fn cut_along(surface: &TriMesh, on_curve: &[bool]) -> (TriMesh, Vec<u32>) {
+    let corners = surface.triangles.as_flattened();
+    // The corner that stands for all that stay joined.
+    let mut joined: Vec<u32> = (0..corners.len() as u32).collect();
+    let root = |joined: &mut Vec<u32>, mut corner: u32| {
+        while joined[corner as usize] != corner {
+            joined[corner as usize] = joined[joined[corner as usize] as usize];
+            corner = joined[corner as usize];
+        }
+        corner
+    };
+    for sides in EdgeTable::new(&surface.triangles).edges() {
+        let &[one, two] = sides else { continue };
+        if sides.iter().any(|side| on_curve.get(side.corners().0).is_some_and(|on| *on)) {
+            continue;
+        }
+        let [(a, b), (c, d)] = [one, two].map(|side| side.corners());
+        let (c, d) = if corners[a] == corners[c] { (c, d) } else { (d, c) };
+        for (p, q) in [(a, c), (b, d)] {
+            let (p, q) = (root(&mut joined, p as u32), root(&mut joined, q as u32));
+            joined[p.max(q) as usize] = p.min(q);
+        }
+    }
+    let mut names = vec![u32::MAX; corners.len()];
+    let (mut vertices, mut origin, mut triangles) = (Vec::new(), Vec::new(), surface.triangles.clone());
+    for (corner, v) in triangles.as_flattened_mut().iter_mut().enumerate() {
+        let name = &mut names[root(&mut joined, corner as u32) as usize];
+        if *name == u32::MAX {
+            *name = vertices.len() as u32;
+            vertices.push(surface.vertices[*v as usize]);
+            origin.push(*v);
+        }
+        *v = *name;
+    }
+    (TriMesh { vertices, triangles }, origin)
+}
+
+/// The curvature tensor at each vertex.
+fn tensors(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<Tensor> {
     let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
     let count = surface.vertices.len();
     let mut areas = vec![0.0; count];
@@ -66,11 +166,8 @@ pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64>
     for _ in 0..rounds as u32 {
         spread(&edges, &stops, &mut tensors, &mut areas);
     }
-    let size = |(tensor, area): (&Tensor, &f64)| {
-        let [xx, yy, zz, xy, yz, zx] = tensor.map(|term| term / area.max(f64::MIN_POSITIVE));
-        (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
-    };
-    tensors.iter().zip(&areas).map(size).collect()
+    let of_area = |(tensor, area): (&Tensor, &f64)| tensor.map(|term| term / area.max(f64::MIN_POSITIVE));
+    tensors.iter().zip(&areas).map(of_area).collect()
 }
 
 /// Every vertex gives half of what it has to its neighbours in equal parts; those that stop keep all.
@@ -158,6 +255,55 @@ mod tests {
         let mean = |list: &[f64]| inner.iter().map(|v| list[*v]).sum::<f64>() / inner.len() as f64;
         assert!(mean(&near) > 3.0, "rough: {}", mean(&near));
         assert!((mean(&far) / 2.0 - 1.0).abs() < 0.1, "seen from afar: {}", mean(&far));
+    }
+
+    #[test]
+    fn a_cylinder_bends_around_its_axis_and_its_caps_do_not() {
+        let mesh = cylinder();
+        let check = |bend: &Bend, p: DVec3| {
+            let around = DVec3::new(-p.y, p.x, 0.0).normalize();
+            assert!((bend.most / 2.0 - 1.0).abs() < 0.06 && bend.least < 0.1, "{bend:?}");
+            assert!(bend.across.dot(around).abs() > 0.99, "{bend:?} at {p}");
+        };
+        for (bend, p) in bends(&mesh, &[], 0.2).iter().zip(&mesh.vertices) {
+            check(bend, *p);
+        }
+        // With a cap on the lower rim, which is a curve.
+        let rim = 40;
+        let mut capped = mesh.clone();
+        let middle = capped.vertices.len() as u32;
+        capped.vertices.push(DVec3::ZERO);
+        capped.triangles.extend((0..rim).map(|i| [(i + 1) % rim, i, middle]));
+        let on_rim = |v: u32| v < rim;
+        let on_curve: Vec<bool> = (capped.triangles.iter())
+            .flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)].map(|(a, b)| on_rim(*a) && on_rim(*b)))
+            .collect();
+        let found = bends(&capped, &on_curve, 0.2);
+        found.iter().zip(&mesh.vertices).for_each(|(bend, p)| check(bend, *p));
+        assert!(found[middle as usize].most < 1e-12);
+    }
+
+    #[test]
+    fn a_torus_bends_most_around_its_tube() {
+        let mesh = sample("torus").unwrap();
+        let radius = |p: DVec3| p.truncate().length();
+        let (low, high) =
+            mesh.vertices.iter().fold((9.0f64, 0.0f64), |(l, h), p| (l.min(radius(*p)), h.max(radius(*p))));
+        let (around, tube) = (0.5 * (low + high), 0.5 * (high - low));
+        // Its triangles are uneven, so that single vertices are off.
+        let found = bends(&mesh, &[], 0.3);
+        let mean = |of: &dyn Fn(&Bend, DVec3) -> f64| {
+            found.iter().zip(&mesh.vertices).map(|(bend, p)| of(bend, *p)).sum::<f64>() / found.len() as f64
+        };
+        let most = mean(&|bend, _| bend.most * tube);
+        assert!((most - 1.0).abs() < 0.1, "{most}");
+        let along = mean(&|bend, p| bend.across.dot(DVec3::new(-p.y, p.x, 0.0).normalize()).abs());
+        assert!(along < 0.1, "{along}");
+        let least = mean(&|bend, p| {
+            let cosine = (radius(p) - around) / tube;
+            (bend.least - (cosine / radius(p)).abs()).abs() * around
+        });
+        assert!(least < 0.2, "{least}");
     }
 
     #[test]

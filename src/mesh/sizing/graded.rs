@@ -100,7 +100,7 @@ pub fn vertices_with(surface: &TriMesh, lengths: &[f64]) -> f64 {
 
 /// The edges from each vertex of a surface: the other end and the length of each, those between two triangles
 /// twice.
-struct Edges(Csr<(u32, f64)>);
+pub(super) struct Edges(Csr<(u32, f64)>);
 
 /// A vertex that may shorten the lengths around it; the one with the shortest length comes first.
 #[derive(PartialEq)]
@@ -121,7 +121,7 @@ impl Ord for Next {
 }
 
 impl Edges {
-    fn new(surface: &TriMesh) -> Self {
+    pub(super) fn new(surface: &TriMesh) -> Self {
         let length = |a: u32, b: u32| surface.vertices[a as usize].distance(surface.vertices[b as usize]);
         let from = |[a, b, c]: [u32; 3]| [(a, b), (a, c), (b, c), (b, a), (c, a), (c, b)];
         let ends = surface.triangles.iter().flat_map(|t| from(*t)).map(|(a, b)| (a, (b, length(a, b))));
@@ -130,7 +130,7 @@ impl Edges {
 
     /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of
     /// length along edges.
-    fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
+    pub(super) fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
         let around = |v: u32| self.0.of(v);
         let mut heap: BinaryHeap<Next> = (0..lengths.len() as u32)
             .filter(|v| {

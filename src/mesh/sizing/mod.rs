@@ -7,9 +7,11 @@
 
 mod curvature;
 mod graded;
+mod stretch;
 
-pub use curvature::{along_curve, curvature};
+pub use curvature::{Bend, along_curve, bends, curvature};
 pub use graded::{Bounds, Graded, graded, grown, vertices_with};
+pub use stretch::{StretchBounds, StretchField, mapped_area};
 
 use super::triangle::{closest_on_triangle, doubled_normal};
 use crate::TriMesh;

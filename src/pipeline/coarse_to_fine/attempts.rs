@@ -6,6 +6,7 @@ use super::shared::CoarseToFine;
 use super::surface_model::{ModelRequest, SurfaceModel};
 use crate::mesh::sizing::SizeField;
 use crate::options::{Options, Shortage, Sizing};
+use crate::pipeline::anisotropic::anisotropic;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::outcome::{FaultKind, Outcome};
@@ -212,6 +213,11 @@ impl Attempts<'_> {
         let whole = |runner: &mut Runner| {
             runner.progress.during(|progress| fallback.whole(features, vertices, progress))
         };
+        if self.context.options.coarse_to_fine.sizing.aspect().is_some() {
+            let outcome =
+                runner.progress.during(|progress| anisotropic(&self.context, features, progress))?;
+            return self.accepted(outcome);
+        }
         if self.context.options.coarse_to_fine.local {
             return whole(&mut runner).and_then(|whole| self.accepted(whole));
         }

@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 use crate::mesh::submesh::used_vertices;
 use crate::polish::{ConstrainedMesh, is_to_be_smoothed, smooth};
 use crate::sites::on_surface::SitesOnSurface;
-use crate::{Phase, ProgressToken, Result, Sizing, TriMesh};
+use crate::{Phase, ProgressToken, Result, TriMesh};
 
 impl CoarseToFine<'_> {
     /// Mends small angles, then smooths: each unless more faces then intersect in the input's units where
@@ -51,7 +51,7 @@ impl CoarseToFine<'_> {
     fn smooth(&self, now: &mut Improved, intersecting: usize, progress: &ProgressToken) -> Result<()> {
         let method = &self.context.options.coarse_to_fine;
         // Distances count more.
-        let is_within = matches!(method.sizing, Sizing::Deviation(_));
+        let is_within = method.sizing.deviation().is_some();
         let is_sound = now.intersecting_faces.is_some();
         if !is_to_be_smoothed(&now.mesh) || method.polish_rounds == 0 || is_within || !is_sound {
             return Ok(());

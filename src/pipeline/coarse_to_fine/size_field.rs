@@ -69,7 +69,8 @@ pub(crate) fn size_field(
         };
         return Ok(if curves.is_none_or(has_room) { field } else { SizeField::default() });
     }
-    if sizing.is_even() && fixed.is_empty() {
+    // Lengths that depend on the direction are made where they are used.
+    if (sizing.is_even() || options.coarse_to_fine.sizing.aspect().is_some()) && fixed.is_empty() {
         return Ok(SizeField::default());
     }
     let curvatures = largest_curvatures(surface, curves, spacing);
@@ -80,6 +81,32 @@ pub(crate) fn size_field(
         even if even.is_even() => vec![1.0; surface.vertices.len()],
         _ => given.to_vec(),
     };
+    let [least, largest] = length_range([min_edge, max_edge], spacing, diagonal)?;
+    let mut most = fit_for_cells(surface, &curvatures, spacing);
+    most.iter_mut().for_each(|most| *most = most.min(largest));
+    let growth = match sizing.is_even() && options.coarse_to_fine.refine.is_empty() {
+        true => options.coarse_to_fine.growth.max(FROM_BOUNDARY),
+        false => options.coarse_to_fine.growth,
+    };
+    let bounds = Bounds { spacing, least, largest: &most, growth, fixed, floors };
+    let Graded { lengths, share } = graded(surface, &desired, &bounds);
+    let may_be = if options.coarse_to_fine.refine.is_empty() { ABOUT } else { EXACT };
+    if !fixed.is_empty() && !may_be.contains(&share) {
+        return Err(refuse_share(options, vertices, share));
+    }
+    Ok(SizeField::new(surface.clone(), lengths))
+}
+
+/// The shortest and the longest edge length, from what the options say, for edges of this `spacing` on
+/// average; all in diagonals, which are `diagonal` long.
+///
+/// # Errors
+/// [`Error::Usage`] for bounds that exclude a uniform mesh.
+pub(crate) fn length_range(
+    [min_edge, max_edge]: [Option<Length>; 2],
+    spacing: f64,
+    diagonal: f64,
+) -> Result<[f64; 2]> {
     let [least, largest] = [(min_edge, 1.0 / RANGE), (max_edge, RANGE)]
         .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
     let decimals = decimals(diagonal);
@@ -101,19 +128,7 @@ pub(crate) fn size_field(
         let size = if least > spacing { "fewer vertices" } else { "more vertices" };
         return Err(Error::option(name, problem, format!("give a {other} `{name}`, or ask for {size}")));
     }
-    let mut most = fit_for_cells(surface, &curvatures, spacing);
-    most.iter_mut().for_each(|most| *most = most.min(largest));
-    let growth = match sizing.is_even() && options.coarse_to_fine.refine.is_empty() {
-        true => options.coarse_to_fine.growth.max(FROM_BOUNDARY),
-        false => options.coarse_to_fine.growth,
-    };
-    let bounds = Bounds { spacing, least, largest: &most, growth, fixed, floors };
-    let Graded { lengths, share } = graded(surface, &desired, &bounds);
-    let may_be = if options.coarse_to_fine.refine.is_empty() { ABOUT } else { EXACT };
-    if !fixed.is_empty() && !may_be.contains(&share) {
-        return Err(refuse_share(options, vertices, share));
-    }
-    Ok(SizeField::new(surface.clone(), lengths))
+    Ok([least, largest])
 }
 
 /// The largest size at each vertex with which components have enough vertices, and tubes are round; nowhere

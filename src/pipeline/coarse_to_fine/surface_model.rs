@@ -68,24 +68,10 @@ impl SurfaceModel {
     /// As [`SurfaceModel::with`], and those of the user's curves.
     pub fn new(context: &RunContext, request: &ModelRequest, progress: &ProgressToken) -> Result<Self> {
         let RunContext { device, mesh, frame, surface, options, plan, .. } = *context;
-        let ModelRequest { vertices, sizing, refined, round_facets, coarseness } = *request;
+        let ModelRequest { vertices, sizing, refined, .. } = *request;
         let on_surface = surface_vertices(surface, mesh);
-        let on = |v: u32| on_surface[v as usize];
-        let edges = plan.edges(mesh)?;
-        let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
-        let features = FeatureOptions {
-            feature_angle: options.coarse_to_fine.feature_angle,
-            spacing: coarseness * spacing(surface.area(), vertices),
-            user_edges,
-            user_corners: plan.pinned.vertices.iter().map(|v| on_surface[*v as usize]).collect(),
-            whole_edges: plan.pinned.whole.iter().map(|(a, b)| edge_key(on(*a), on(*b))).collect(),
-            round_facets,
-        };
-        let by_surface = |values: &[f64]| {
-            let mut list = vec![1.0; values.len()];
-            on_surface.iter().zip(values).for_each(|(v, value)| list[*v as usize] = *value);
-            list
-        };
+        let features = feature_options(context, request, &on_surface)?;
+        let by_surface = |values: &[f64]| by_surface(&on_surface, values);
         let given = if let Sizing::Given(values) = sizing { by_surface(values) } else { Vec::new() };
         let [fixed, floors] = [refined, &plan.refined.least].map(by_surface);
         let sizes = |curves: Option<&SurfaceCurves>| {
@@ -167,6 +153,34 @@ impl SurfaceModel {
     pub fn on_device(&self) -> DeviceSurface<'_> {
         DeviceSurface { records: &self.records, sizes: self.device_sizes.as_ref() }
     }
+}
+
+/// What the features of a run's surface are found by. `on_surface` are its [`surface_vertices`].
+///
+/// # Errors
+/// Those of the user's curves.
+pub(crate) fn feature_options(
+    context: &RunContext,
+    request: &ModelRequest,
+    on_surface: &[u32],
+) -> Result<FeatureOptions> {
+    let RunContext { mesh, surface, options, plan, .. } = *context;
+    let on = |v: u32| on_surface[v as usize];
+    Ok(FeatureOptions {
+        feature_angle: options.coarse_to_fine.feature_angle,
+        spacing: request.coarseness * spacing(surface.area(), request.vertices),
+        user_edges: plan.edges(mesh)?.into_iter().map(|edge| edge.map(on)).collect(),
+        user_corners: plan.pinned.vertices.iter().map(|v| on(*v)).collect(),
+        whole_edges: plan.pinned.whole.iter().map(|(a, b)| edge_key(on(*a), on(*b))).collect(),
+        round_facets: request.round_facets,
+    })
+}
+
+/// Values at the vertices of a run's mesh as those at the vertices of its surface.
+pub(crate) fn by_surface(on_surface: &[u32], values: &[f64]) -> Vec<f64> {
+    let mut list = vec![1.0; values.len()];
+    on_surface.iter().zip(values).for_each(|(v, value)| list[*v as usize] = *value);
+    list
 }
 
 /// For each vertex of the mesh its index on the surface, which has the mesh's triangles in another order, and

@@ -6,7 +6,7 @@ use super::measured::Measured;
 use crate::TriMesh;
 use crate::mesh::features::{FeatureOptions, find_features};
 use crate::mesh::half_edges::{EdgeSet, EdgeTable, edge_key};
-use crate::mesh::sizing::{curvature, grown, vertices_with};
+use crate::mesh::sizing::{Bend, StretchBounds, StretchField, bends, curvature, grown, vertices_with};
 use crate::options::Options;
 
 /// Share of the largest deviation that is aimed at, since chance exceeds it here and there.
@@ -25,7 +25,7 @@ const LEAST_ESTIMATED: f64 = 0.02;
 /// Shortest edges, in deviations: shorter ones follow noise alone.
 const SHORTEST: f64 = 1.0;
 /// Longest edges, in diagonals.
-const LONGEST: f64 = 0.1;
+pub(crate) const LONGEST: f64 = 0.1;
 /// Bisection steps to find lengths for a number of vertices.
 const TRIES: u32 = 20;
 
@@ -38,6 +38,9 @@ pub(super) struct Lengths<'a> {
     /// The largest deviation.
     most: f64,
     pub values: Vec<f64>,
+    /// How the surface bends, and the largest quotient of two lengths at a place, if they depend on the
+    /// direction: then `values` are the short ones.
+    stretch: Option<(Vec<Bend>, f64)>,
 }
 
 impl<'a> Lengths<'a> {
@@ -50,16 +53,29 @@ impl<'a> Lengths<'a> {
         let scale = (8.0 * most).clamp(range[0], range[1]);
         let on_curve = on_curve(surface, scale, options.coarse_to_fine.feature_angle);
         let length = |curvature: f64| (8.0 * AIM * most / curvature.max(f64::MIN_POSITIVE)).sqrt();
-        let values = curvature(surface, &on_curve, scale).into_iter().map(length).collect();
+        let aspect = options.coarse_to_fine.sizing.aspect();
+        let stretch = aspect.map(|aspect| (bends(surface, &on_curve, scale), aspect));
+        let values = match &stretch {
+            Some((bends, _)) => bends.iter().map(|bend| length(bend.most)).collect(),
+            None => curvature(surface, &on_curve, scale).into_iter().map(length).collect(),
+        };
         let growth = options.coarse_to_fine.growth;
-        let mut lengths = Self { surface, growth, range, most, values: Vec::new() };
+        let mut lengths = Self { surface, growth, range, most, values: Vec::new(), stretch };
         lengths.values = lengths.clamp(values);
         lengths
     }
 
     /// As many vertices as these lengths take.
     pub fn vertices(&self) -> f64 {
-        vertices_with(self.surface, &self.values)
+        self.count(&self.values)
+    }
+
+    /// As many vertices as such lengths take.
+    fn count(&self, values: &[f64]) -> f64 {
+        let Some((bends, aspect)) = &self.stretch else { return vertices_with(self.surface, values) };
+        let [least, largest] = self.range;
+        let bounds = StretchBounds { least, largest, aspect: *aspect, growth: self.growth };
+        StretchField::with_short(self.surface, bends, values.to_vec(), &bounds).vertices(self.surface)
     }
 
     /// The least length.
@@ -87,7 +103,7 @@ impl<'a> Lengths<'a> {
         let (mut low, mut high) = (1e-3f64, 1e3f64);
         for _ in 0..TRIES {
             let middle = (low * high).sqrt();
-            if vertices_with(self.surface, &at(middle)) > vertices as f64 {
+            if self.count(&at(middle)) > vertices as f64 {
                 low = middle;
             } else {
                 high = middle;
@@ -99,7 +115,7 @@ impl<'a> Lengths<'a> {
     /// About how many vertices would be enough, after a mesh with these lengths was measured.
     pub fn enough(&self, mesh: &TriMesh, measured: &Measured) -> f64 {
         let near = measured.near_vertices(mesh);
-        vertices_with(self.surface, &self.changed(&near, AIM * self.most, [LEAST_ESTIMATED, MOST_CHANGE]))
+        self.count(&self.changed(&near, AIM * self.most, [LEAST_ESTIMATED, MOST_CHANGE]))
     }
 
     fn changed(&self, near: &[f64], aim: f64, [least, most]: [f64; 2]) -> Vec<f64> {

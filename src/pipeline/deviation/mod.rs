@@ -2,7 +2,7 @@
 //! last one was too far from the surface, and lengthens them where it was closer than need be. Where some
 //! places are still too far, vertices are inserted (`coarse_to_fine/insert`).
 
-mod lengths;
+pub(super) mod lengths;
 pub(super) mod measured;
 
 use super::clock::Clock;
@@ -171,7 +171,11 @@ pub(super) fn make_within(
         })?;
         clock.end_phase("deviation");
         let enough = lengths.enough(&result, &found).ceil() as usize;
-        let small = small_angle_places(&result, method.min_angle, method.feature_angle);
+        // Stretched triangles have small angles by design.
+        let small = match method.sizing.aspect() {
+            Some(_) => Vec::new(),
+            None => small_angle_places(&result, method.min_angle, method.feature_angle),
+        };
         let now = Candidate { made, vertices: result.vertices.len(), small: small.len(), upper, enough };
         let was_close = best.as_ref().filter(|best| best.is_good(used)).map(|best| best.vertices);
         let gains = was_close.is_none_or(|was| (now.vertices as f64) < GAIN * was as f64);

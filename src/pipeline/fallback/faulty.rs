@@ -151,6 +151,27 @@ impl Fallback<'_> {
 
     /// The outcome with this mesh, and with a fault if its faces intersect more than those of the input.
     pub fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
+        let mut outcome = self.checked_place(mesh, outcome, progress)?;
+        if is_bad_all_over(&outcome.mesh) {
+            outcome.fault = Some(Fault { kind: FaultKind::SliversAllOver, at: None });
+        }
+        if outcome.fault.is_none() {
+            let feature_angle = self.context.options.coarse_to_fine.feature_angle;
+            outcome.fault = Fault::sliver(&outcome.mesh, &self.context.surface.mesh(), feature_angle);
+        }
+        Ok(outcome)
+    }
+
+    /// Like [`Fallback::checked`], whatever the shape of the triangles.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn checked_place(
+        &self,
+        mesh: TriMesh,
+        outcome: Outcome,
+        progress: &ProgressToken,
+    ) -> Result<Outcome> {
         let Intersections { count, new } = self.intersections(&mesh, progress)?;
         let centre = |t: &u32| mesh.corners(*t as usize).into_iter().sum::<glam::DVec3>() / 3.0;
         let mut fault =
@@ -159,11 +180,6 @@ impl Fallback<'_> {
         if let Some(v) = self.missing(&surface, &mesh, progress)?.first() {
             fault = Some(Fault { kind: FaultKind::Missing, at: Some(surface.vertices[*v as usize]) });
         }
-        if is_bad_all_over(&mesh) {
-            fault = Some(Fault { kind: FaultKind::SliversAllOver, at: None });
-        }
-        let fault = fault
-            .or_else(|| Fault::sliver(&mesh, &surface, self.context.options.coarse_to_fine.feature_angle));
         Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
     }
 

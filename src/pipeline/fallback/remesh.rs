@@ -1,7 +1,7 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
 use super::closer::Closer;
-use crate::local::{LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
+use crate::local::{EdgeLengths, LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
@@ -18,7 +18,7 @@ use crate::polish::{
     ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve, is_to_be_smoothed,
     smooth,
 };
-use crate::{Options, ProgressToken, Result, Sizing, TriMesh};
+use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::OnceCell;
@@ -66,7 +66,7 @@ impl<'a> ComponentTarget<'a> {
             polish_rounds: method.polish_rounds,
             fit: method.fit,
             min_angle: method.min_angle,
-            smooths: method.polish_rounds > 0 && !matches!(method.sizing, Sizing::Deviation(_)),
+            smooths: method.polish_rounds > 0 && method.sizing.deviation().is_none(),
             spacing,
             frame,
             closely: false,
@@ -189,7 +189,8 @@ fn remesh_locally(
         let made = closer.made(false, progress)?;
         return made.map(|made| mend_component(made, &before.topology, &on, target, progress)).transpose();
     }
-    let mut start = LocalSurface::new((surface, &on), &features, (lengths, target.vertices), progress)?;
+    let wanted = EdgeLengths { lengths, maps: &[] };
+    let mut start = LocalSurface::new((surface, &on), &features, (wanted, target.vertices), progress)?;
     let mut best: Option<(f64, ConstrainedMesh)> = None;
     let handles = before.topology.euler.unsigned_abs() as usize / 2;
     let has_handles = before.topology.euler < 0;
@@ -447,7 +448,7 @@ fn simplify_component(surface: &TriMesh, target: &ComponentTarget) -> Result<Sim
 }
 
 /// For each half-edge whether it is on a curve.
-fn curve_half_edges(surface: &TriMesh, features: &Features) -> Vec<bool> {
+pub(crate) fn curve_half_edges(surface: &TriMesh, features: &Features) -> Vec<bool> {
     let ends = features.curves.iter().flat_map(Curve::edge_ends);
     let mut edges: Vec<(u32, u32)> = ends.map(|[a, b]| edge_key(a, b)).collect();
     edges.sort_unstable();
