@@ -35,6 +35,7 @@ fn smaller(command: &str) -> String {
         let smaller = if counts { "200" } else { word };
         counts = word == "-n";
         match word {
+            "0.1%" => "2%".to_owned(),
             "1%" => "10%".to_owned(),
             "5%" => "50%".to_owned(),
             _ => smaller.to_owned(),

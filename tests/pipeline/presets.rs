@@ -55,8 +55,8 @@ fn disks_are_connected_where_they_are() {
 
 #[test]
 fn power_faces_relax_as_tangent_faces_do() {
-    for (name, n) in [("torus", 600), ("bumpy-sphere", 500), ("two-components", 500)] {
-        let short = |base: Options| base.iterations(40);
+    for (name, n) in [("torus", 500), ("bumpy-sphere", 400), ("two-components", 400)] {
+        let short = |base: Options| base.iterations(30);
         let power = assert_sound(name, &short(Options::rpf(n)));
         let tangent = run(&sample(name).unwrap(), &short(Options::rtf(n)));
         assert_ne!(power.mesh, tangent.mesh, "{name}: shadows do nothing");
