@@ -99,16 +99,17 @@ class Options(TypedDict, total=False):
     only: str | Sequence[str] | ArrayLike | None
     """Remesh only these triangles, and keep all others untouched; WHAT as for `keep`."""
     sizing: str | ArrayLike | None
-    """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
-    around places that equal edges would miss, such as narrow folds, and on the fillets and small holes of
-    CAD parts; uniform: equal everywhere, the default with `quality` draft; curvature: shorter where the
-    surface is curved; property:NAME: proportional to this vertex attribute. The preset rtf takes curvature
-    and property:NAME as well."""
+    """Edge lengths: auto, uniform, curvature, anisotropic or property:NAME [default: auto]. auto: equal,
+    but shorter around places that equal edges would miss, such as narrow folds, and on the fillets and
+    small holes of CAD parts; uniform: equal everywhere, the default with `quality` draft; curvature:
+    shorter where the surface is curved; anisotropic: also longer along the direction in which it bends
+    least, as along cylinders and fillets; property:NAME: proportional to this vertex attribute. The preset
+    rtf takes curvature and property:NAME as well."""
     max_deviation: float | str | None
     """Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
     percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as
-    few vertices as possible, found in several runs; with `n`, the distance is as small as N vertices
-    allow."""
+    few vertices as possible, found in several runs; with `n`, the distance is as small as N vertices allow.
+    With `sizing` anisotropic, edges are longer one way than the other."""
     refine: str | Sequence[str] | None
     """Edges of this length in a part of the surface; may be given several times. sphere:X,Y,Z,R=LENGTH:
     within R of a point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes; label:NAME=LENGTH: on the
@@ -119,6 +120,8 @@ class Options(TypedDict, total=False):
     """With `sizing` curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]. With 1,
     triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above 1, edges
     on flat parts may exceed `max_edge`."""
+    aspect: float | None
+    """With `sizing` anisotropic: largest ratio of edge lengths in two directions, 1 to 100 [default: 8]."""
     min_edge: float | str | None
     """Minimum edge length, in input units or e.g. 0.1% [default: 1/8 of the uniform length]."""
     max_edge: float | str | None

@@ -17,8 +17,7 @@ pub struct SizingArgs {
     /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds, and on the
     /// fillets and small holes of CAD parts; uniform: equal everywhere, the default with --quality draft;
     /// curvature: shorter where the surface is curved; anisotropic: also longer along the direction in which
-    /// it bends least, which takes fewer vertices for the same distance from curved parts;
-    /// property:NAME: proportional to this vertex attribute.
+    /// it bends least, as along cylinders and fillets; property:NAME: proportional to this vertex attribute.
     /// The preset rtf takes curvature and property:NAME as well.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
