@@ -1,13 +1,10 @@
 //! Whole runs with edges that are longer one way than the other.
 
-use crate::support::{assert_valid, device};
+use super::deviation::run;
 use glam::DVec3;
 use rtfmesh::mesh::distance::distances;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::topology::topology;
-use rtfmesh::{
-    Error, Length, Options, ProgressToken, Remeshed, Shortage, Sizing, TriMesh, WarningCode, remesh,
-};
+use rtfmesh::{Error, Length, Options, ProgressToken, Shortage, Sizing, TriMesh, WarningCode};
 
 fn stretched(vertices: usize, aspect: f64) -> Options {
     Options::new(vertices).sizing(Sizing::Anisotropic { aspect, deviation: None })
@@ -28,18 +25,6 @@ fn cylinder() -> TriMesh {
         [[a, b, d], [a, d, c], [b, a, 2 * around], [c, d, 2 * around + 1]]
     };
     TriMesh { vertices, triangles: (0..around).flat_map(side).collect() }
-}
-
-fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options).unwrap();
-    assert_valid(device());
-    let [got, want] = [&result.mesh, mesh].map(|mesh| {
-        let found = topology(mesh);
-        (found.components, found.euler, found.boundary_loops, found.nonmanifold_edges)
-    });
-    assert_eq!(got, want);
-    assert_eq!(result.summary.output.self_intersecting_faces, Some(0));
-    result
 }
 
 fn hausdorff(mesh: &TriMesh, input: &TriMesh) -> f64 {

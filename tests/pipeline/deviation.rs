@@ -14,7 +14,8 @@ fn within(percent: f64) -> Options {
     Options::new(0).sizing(Sizing::Deviation(Length::OfDiagonal(0.01 * percent)))
 }
 
-fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+/// The result of a run, with the topology of its input and without self-intersections.
+pub fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     let [got, want] = [&result.mesh, mesh].map(|mesh| {
