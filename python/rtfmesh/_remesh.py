@@ -260,8 +260,8 @@ def contour(
     closed
         Whether the surface ends flat where the grid ends, or is open there.
     keep_specks
-        Whether parts stay that are so small beside the largest that they are noise. A note counts those that
-        are left out.
+        Whether noise stays: parts that are very small beside the largest, and handles. A note counts the
+        parts that are left out; where there are too many handles, the values are smoothed, with a warning.
     attributes
         Further values of the grid for the vertices: an `Attributes`, or a dict such as
         ``{"vertex": {"dose": (X, Y, Z), "rgb": (X, Y, Z, 3)}}``. Floating-point numbers and colours are

@@ -25,6 +25,20 @@ const MOST_HANDLES: usize = 2000;
 /// Any point is this fraction of the radius away from the centre of some region, at most.
 const SPREAD: f64 = 0.5;
 
+/// The number of handles, if there are so many that [`remove_small_handles`] leaves all of them.
+pub(crate) fn many_handles(mesh: &TriMesh) -> Option<usize> {
+    let handles = handles(mesh);
+    (handles > most_handles(mesh)).then_some(handles)
+}
+
+fn handles(mesh: &TriMesh) -> usize {
+    topology(mesh).genus.unwrap_or(0).max(0) as usize
+}
+
+fn most_handles(mesh: &TriMesh) -> usize {
+    MOST_HANDLES.min(mesh.triangles.len() / TRIANGLES_PER_HANDLE)
+}
+
 /// Removes the handles that lie within half of `radius` of a point of the surface, and some of up to twice
 /// this size, and returns how many; none where the surface has many in all. The mesh must be manifold;
 /// its triangles keep their numbers, and further ones come behind them.
@@ -41,9 +55,8 @@ pub(crate) fn remove_small_handles(
     let mut seeds: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     for _ in 0..MOST_PASSES {
         progress.poll()?;
-        let genus = topology(mesh).genus.unwrap_or(0).max(0) as usize;
-        let most = MOST_HANDLES.min(mesh.triangles.len() / TRIANGLES_PER_HANDLE);
-        if genus == 0 || (removed == 0 && genus > most) {
+        let handles = handles(mesh);
+        if handles == 0 || (removed == 0 && handles > most_handles(mesh)) {
             break;
         }
         let before = removed;

@@ -53,6 +53,8 @@ pub enum WarningCode {
     Cracks,
     /// Normals of points disagreed with each other, and none was used.
     Normals,
+    /// The values of a volume were smoothed, because noise gave the surface many handles.
+    Smoothed,
     /// The run was cut short.
     CutShort,
     /// Textures are not kept.

@@ -4,11 +4,9 @@ use rayon::prelude::*;
 
 use super::border::{rim, turn};
 use super::coarse::surface_or_coarse;
-use super::grid::Field;
-use super::specks::without_specks;
+use super::noise::{Extracted, Extraction};
 use crate::io::Volume;
 use crate::mesh::handles::remove_small_handles;
-use crate::mesh::level_set::extract;
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 
@@ -35,14 +33,17 @@ pub struct IsoOptions {
     pub inside: Inside,
     /// Whether the surface is closed at the volume's border; otherwise it is open there.
     pub closed: bool,
-    /// Whether to keep specks: components so small, compared with the largest, that they are noise.
+    /// Whether to keep noise: components so small, compared with the largest, that they are specks; handles;
+    /// and values that are otherwise smoothed where noise makes too many handles.
     pub keep_specks: bool,
+    /// How often the values are smoothed in any case, each time over one node in standard deviation.
+    pub smoothings: usize,
 }
 
 impl IsoOptions {
     /// The isosurface at this value, open at the volume's border.
     pub fn new(iso: f64) -> Self {
-        Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false }
+        Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false, smoothings: 0 }
     }
 
     /// Sets [`IsoOptions::inside`].
@@ -62,6 +63,12 @@ impl IsoOptions {
     pub fn keep_specks(self, keep_specks: bool) -> Self {
         Self { keep_specks, ..self }
     }
+
+    /// Sets [`IsoOptions::smoothings`].
+    #[must_use]
+    pub fn smoothings(self, smoothings: usize) -> Self {
+        Self { smoothings, ..self }
+    }
 }
 
 /// An isosurface of a volume.
@@ -80,6 +87,9 @@ pub struct IsoSurface {
     pub specks: usize,
     /// Number of handles removed because they are as small as specks.
     pub handles: usize,
+    /// How often the values were smoothed: more often than asked for if noise gave the surface more handles
+    /// than can be removed.
+    pub smoothings: usize,
     /// The surface is that of every `step`-th node along each axis: 1, or more to finish early.
     pub step: usize,
 }
@@ -90,7 +100,8 @@ const HANDLE: f64 = 3.0;
 /// Approximate number of values that are used to finish early.
 const FEW: f64 = 2e6;
 
-/// The isosurface of a volume's trilinear field, by marching cubes.
+/// The isosurface of a volume's trilinear field, by marching cubes; of smoothed values where noise makes too
+/// many handles, unless the options keep it.
 ///
 /// # Errors
 /// [`Error::Input`] if there is none; [`Error::Usage`] for a value that is not finite.
@@ -125,18 +136,13 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
         Inside::Automatic => rarer_at_border(volume, iso),
         side => side,
     };
-    let sign = if inside == Inside::Above { -1.0 } else { 1.0 };
-    let grid = Field { volume, iso, sign, closed: options.closed }.grid();
-    progress.done(0.4)?;
-    let extracted = extract(&grid, progress)?;
-    if extracted.mesh.triangles.is_empty() {
+    let extraction = Extraction { iso, inside, closed: options.closed, keeps_noise: options.keep_specks };
+    let Extracted { mut mesh, specks, smoothings } =
+        extraction.without_noise(volume, options.smoothings, progress)?;
+    if mesh.triangles.is_empty() {
         return Err(no_surface(volume, options.iso));
     }
     progress.done(0.9)?;
-    let (mut mesh, specks) = match options.keep_specks {
-        true => (extracted.mesh, 0),
-        false => without_specks(extracted.mesh),
-    };
     let handles = match options.keep_specks {
         true => 0,
         false => remove_small_handles(&mut mesh, HANDLE, progress)?,
@@ -146,7 +152,7 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
     if volume.frame.matrix3.determinant() < 0.0 {
         turn(&mut mesh, &mut rim);
     }
-    Ok(IsoSurface { mesh, inside, rim, specks, handles, step: 1 })
+    Ok(IsoSurface { mesh, inside, rim, specks, handles, smoothings, step: 1 })
 }
 
 /// The side that fewer nodes at the volume's border are on.

@@ -5,6 +5,7 @@ mod coarse;
 mod grid;
 mod iso;
 mod labels;
+mod noise;
 mod several;
 mod specks;
 

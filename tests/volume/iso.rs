@@ -224,3 +224,59 @@ fn many_small_parts_of_one_size_are_no_specks() {
     let found = at(&volume, IsoOptions::new(0.0));
     assert_eq!((found.specks, topology(&found.mesh).components), (0, 27));
 }
+
+/// A number from -1 to 1 that depends on the node alone.
+fn noise(p: DVec3) -> f64 {
+    let node = (p.x + 64.0 * (p.y + 64.0 * p.z)) as u64;
+    let mixed = (node + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mixed = (mixed ^ mixed >> 29).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    ((mixed ^ mixed >> 32) & 0xffff_ffff) as f64 / f64::from(1_u32 << 31) - 1.0
+}
+
+/// A ball of radius 14 in so much noise that its surface has hundreds of handles.
+pub fn noisy_ball() -> Volume {
+    volume_of([41; 3], |p| p.distance(DVec3::splat(20.0)) - 14.0 + 9.0 * noise(p))
+}
+
+#[test]
+fn noise_with_many_handles_is_smoothed_unless_it_is_to_stay() {
+    let all = at(&noisy_ball(), IsoOptions::new(0.0).keep_specks(true));
+    assert_eq!(all.smoothings, 0);
+    assert!(topology(&all.mesh).genus.is_some_and(|genus| genus > 100));
+    let found = at(&noisy_ball(), IsoOptions::new(0.0));
+    assert!(found.smoothings > 0);
+    let of_found = topology(&found.mesh);
+    assert_eq!((of_found.components, of_found.genus), (1, Some(0)));
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * 14_f64.powi(3);
+    assert!((enclosed(&found.mesh) / exact - 1.0).abs() < 0.04, "{} of {exact}", enclosed(&found.mesh));
+    // As often as that anyway.
+    let again = at(&noisy_ball(), IsoOptions::new(0.0).keep_specks(true).smoothings(found.smoothings));
+    assert_eq!((again.smoothings, again.specks), (found.smoothings, 0));
+    assert!(topology(&again.mesh).genus < topology(&all.mesh).genus);
+}
+
+#[test]
+fn a_lattice_keeps_its_handles_with_noise_and_without() {
+    let gyroid = |p: DVec3| {
+        let p = p * (std::f64::consts::TAU / 12.0);
+        p.x.sin() * p.y.cos() + p.y.sin() * p.z.cos() + p.z.sin() * p.x.cos()
+    };
+    let handles = |noisy: f64| {
+        let volume = volume_of([61; 3], |p| gyroid(p) + noisy * noise(p));
+        let found = at(&volume, IsoOptions::new(0.0).closed(true));
+        (found.smoothings, topology(&found.mesh).genus.unwrap())
+    };
+    let (clean, noisy) = (handles(0.0), handles(1.5));
+    assert_eq!(clean.0, 0);
+    assert!(noisy.0 > 0);
+    assert!((0.8..1.25).contains(&(noisy.1 as f64 / clean.1 as f64)), "{clean:?} {noisy:?}");
+    // Struts of two nodes, in zeros and ones: smooth ones would be gone.
+    let is_strut = |p: DVec3| p.to_array().into_iter().filter(|c| c.rem_euclid(6.0) < 2.0).count() > 1;
+    for share in [0.0, 0.3] {
+        let volume = volume_of([50; 3], |p| f64::from(is_strut(p)) + share * noise(p));
+        let found = at(&volume, IsoOptions::new(0.5));
+        let of_found = topology(&found.mesh);
+        assert_eq!((found.smoothings, of_found.components), (0, 1));
+        assert!(of_found.genus.is_some_and(|genus| genus > 500), "{of_found:?}");
+    }
+}

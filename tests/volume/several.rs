@@ -6,6 +6,7 @@ use rtfmesh::io::read;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::volume::ISO;
 
+use super::iso::noisy_ball;
 use super::{npy, volume_of};
 use crate::support::place::Place;
 
@@ -92,4 +93,14 @@ fn isosurfaces_that_touch_are_refused() {
     std::fs::write(place.path("inner.npy"), npy(&inner)).unwrap();
     place.run("remesh inner.npy o.ply -n 300 --iso -1,2 --closed --inside below");
     assert_eq!(topology(&read(place.path("o.ply")).unwrap().mesh).boundary_loops, 0);
+}
+
+#[test]
+fn all_values_are_smoothed_alike_with_a_warning_for_each() {
+    let place = Place::new();
+    std::fs::write(place.path("noisy.npy"), npy(&noisy_ball())).unwrap();
+    let (_, told) = place.run("remesh noisy.npy out.ply -n 800 --iso=-2,2");
+    let widths: Vec<&str> =
+        told.split("smoothed over ").skip(1).filter_map(|text| text.split(' ').next()).collect();
+    assert!(matches!(widths[..], [one, two] if one == two), "{told}");
 }
