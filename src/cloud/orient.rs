@@ -15,6 +15,7 @@ use super::neighbours::Neighbours;
 use super::normals::{Plane, WIDTH, noise};
 use super::turn::Dipoles;
 use crate::mesh::kd_tree::KdTree;
+use crate::mesh::quick_hash::QuickMap;
 use crate::{ProgressToken, Result};
 
 /// Pairs at least as sure join points at once.
@@ -164,13 +165,13 @@ impl Pieces {
 }
 
 /// What speaks for equal signs of two pieces, less what speaks against, and both together, in millionths:
-/// sums of integers do not depend on their order.
-type Votes = BTreeMap<u32, (i64, i64)>;
+/// sums of integers do not depend on their order, nor does a queue of different entries.
+type Votes = QuickMap<u32, (i64, i64)>;
 
 /// Joins pieces, those first between which most votes agree. Where less than this share of the votes is left
 /// over, pieces are not joined.
 fn join_pieces(pieces: &mut Pieces, pairs: &[Pair], least: f64, progress: &ProgressToken) -> Result<()> {
-    let mut votes: BTreeMap<u32, Votes> = BTreeMap::new();
+    let mut votes: QuickMap<u32, Votes> = QuickMap::default();
     for pair in pairs {
         let ((a, turned_a), (b, turned_b)) = (pieces.root(pair.a), pieces.root(pair.b));
         if a == b {
@@ -185,7 +186,7 @@ fn join_pieces(pieces: &mut Pieces, pairs: &[Pair], least: f64, progress: &Progr
     }
     let mut queue: BinaryHeap<(i64, u32, u32)> = BinaryHeap::new();
     for (a, others) in &votes {
-        queue.extend(others.range(a + 1..).map(|(b, (vote, _))| (vote.abs(), *a, *b)));
+        queue.extend(others.iter().filter(|(b, _)| *b > a).map(|(b, (vote, _))| (vote.abs(), *a, *b)));
     }
     let mut steps = 0_usize;
     while let Some((size, a, b)) = queue.pop() {

@@ -2,20 +2,26 @@
 //!
 //! The winding number of a closed surface is constant on both sides of it. So across a piece of it, that of
 //! all others grows against the outward normal, by as much as that of the piece itself falls: a piece across
-//! which both grow the same way is inside out. Each point stands for a dipole (Barill et al. 2018, "Fast
-//! winding numbers for soups and clouds"), and runs of points far away for one.
+//! which both grow the same way is inside out. Each point stands for a dipole, and points far away together
+//! for one, in a hierarchy (Barill et al. 2018, "Fast winding numbers for soups and clouds").
 
+use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
 use crate::{ProgressToken, Result};
 
 /// Points in a run; they follow each other in Morton order.
 const RUN: usize = 32;
+/// Runs of one level of the hierarchy that are one run of the next.
+const FAN: usize = 8;
 /// Runs nearer than this many times their radius are taken point by point.
 const NEAR: f64 = 3.0;
+/// Runs of a higher level that are nearer than this are taken run by run of the level below.
+const NEAR_ABOVE: f64 = 6.0;
 /// Points of a piece at which it is judged, at most.
 const SAMPLES: usize = 256;
 /// Dipoles nearer than this many spacings are spread out; [`SOFT_SHARE`] may raise the number.
@@ -43,6 +49,53 @@ struct Run {
     moment: DVec3,
 }
 
+impl Run {
+    /// Several runs with as many points each as one.
+    fn of(parts: &[Run]) -> Self {
+        let centre = parts.iter().map(|part| part.centre).sum::<DVec3>() / parts.len() as f64;
+        let radius = parts.iter().map(|part| part.centre.distance(centre) + part.radius).fold(0.0, f64::max);
+        Self { centre, radius, moment: parts.iter().map(|part| part.moment).sum() }
+    }
+}
+
+/// Runs of [`RUN`] points, and on each level above runs of [`FAN`] of the level below; one run at the top.
+struct Hierarchy<'m> {
+    members: &'m [u32],
+    levels: Vec<Vec<Run>>,
+}
+
+impl<'m> Hierarchy<'m> {
+    /// Of runs of these points.
+    fn new(members: &'m [u32], runs: Vec<Run>) -> Self {
+        let mut levels = vec![runs];
+        while let Some(below) = levels.last().filter(|below| below.len() > 1) {
+            levels.push(below.par_chunks(FAN).map(Run::of).collect());
+        }
+        Self { members, levels }
+    }
+
+    /// Calls `far` for runs that count as one point at a place, and `near` with each point of the others:
+    /// together, they have all points.
+    fn visit(&self, at: DVec3, mut far: impl FnMut(&Run), mut near: impl FnMut(usize)) {
+        let top = self.levels.len() - 1;
+        let mut open: SmallVec<[(usize, usize); 64]> = SmallVec::new();
+        open.push((top, 0));
+        while let Some((level, number)) = open.pop() {
+            let run = &self.levels[level][number];
+            let least = if level == 0 { NEAR } else { NEAR_ABOVE };
+            if run.centre.distance_squared(at) >= (least * run.radius).powi(2) {
+                far(run);
+            } else if level == 0 {
+                let own = &self.members[number * RUN..self.members.len().min((number + 1) * RUN)];
+                own.iter().for_each(|i| near(*i as usize));
+            } else {
+                let below = number * FAN..((number + 1) * FAN).min(self.levels[level - 1].len());
+                open.extend(below.rev().map(|number| (level - 1, number)));
+            }
+        }
+    }
+}
+
 impl Dipoles<'_> {
     /// Turns the normals of pieces that are inside out.
     ///
@@ -54,7 +107,8 @@ impl Dipoles<'_> {
         let mut members: Vec<Vec<u32>> = members.into_values().filter(|own| own.len() >= LEAST).collect();
         members.sort_by_key(|own| std::cmp::Reverse(own.len()));
         for _ in 0..ROUNDS {
-            let runs = self.runs(normals);
+            let all: Vec<u32> = (0..self.points.len() as u32).collect();
+            let runs = self.hierarchy(&all, normals);
             let judged: Vec<f64> = members
                 .par_iter()
                 .skip(1)
@@ -77,14 +131,15 @@ impl Dipoles<'_> {
         Ok(())
     }
 
-    fn runs(&self, normals: &[DVec3]) -> Vec<Run> {
-        let run = |(first, points): (usize, &[DVec3])| {
-            let centre = points.iter().sum::<DVec3>() / points.len() as f64;
-            let radius = points.iter().map(|p| p.distance(centre)).fold(0.0, f64::max);
-            let moment = (first * RUN..first * RUN + points.len()).map(|i| self.moment(i, normals)).sum();
+    /// The runs of some points, which ascend.
+    fn hierarchy<'m>(&self, members: &'m [u32], normals: &[DVec3]) -> Hierarchy<'m> {
+        let run = |own: &[u32]| {
+            let centre = own.iter().map(|i| self.points[*i as usize]).sum::<DVec3>() / own.len() as f64;
+            let radius = own.iter().map(|i| self.points[*i as usize].distance(centre)).fold(0.0, f64::max);
+            let moment = own.iter().map(|i| self.moment(*i as usize, normals)).sum();
             Run { centre, radius, moment }
         };
-        self.points.par_chunks(RUN).enumerate().map(run).collect()
+        Hierarchy::new(members, members.par_chunks(RUN).map(run).collect())
     }
 
     fn moment(&self, i: usize, normals: &[DVec3]) -> DVec3 {
@@ -92,31 +147,28 @@ impl Dipoles<'_> {
     }
 
     /// How strongly the other points speak against the normals of a piece, relative to its own strength.
-    fn against(&self, own: &[u32], normals: &[DVec3], runs: &[Run]) -> f64 {
+    fn against(&self, own: &[u32], normals: &[DVec3], all: &Hierarchy) -> f64 {
+        let itself = self.hierarchy(own, normals);
         let step = own.len().div_ceil(SAMPLES);
-        let (mut all, mut itself) = (0.0, 0.0);
+        let (mut by_all, mut by_itself) = (0.0, 0.0);
         for i in own.iter().step_by(step).map(|i| *i as usize) {
             // Near dipoles would drown the others out.
             let soft = self.spacing[i] * SOFT.max(SOFT_SHARE * (own.len() as f64).sqrt());
-            let at = self.points[i];
-            let mut slope = DVec3::ZERO;
-            for (k, run) in runs.iter().enumerate() {
-                let near = run.centre.distance_squared(at) < (NEAR * run.radius).powi(2);
-                if !near {
-                    slope += slope_of(run.centre - at, run.moment, soft);
-                    continue;
-                }
-                for j in k * RUN..self.points.len().min((k + 1) * RUN) {
-                    slope += slope_of(self.points[j] - at, self.moment(j, normals), soft);
-                }
-            }
             let moment = self.moment(i, normals);
-            all += moment.dot(slope);
-            let own_slope =
-                |j: &u32| slope_of(self.points[*j as usize] - at, self.moment(*j as usize, normals), soft);
-            itself += moment.dot(own.iter().map(own_slope).sum());
+            by_all += moment.dot(self.slope(all, i, soft, normals));
+            by_itself += moment.dot(self.slope(&itself, i, soft, normals));
         }
-        (all - itself) / itself.abs().max(f64::MIN_POSITIVE)
+        (by_all - by_itself) / by_itself.abs().max(f64::MIN_POSITIVE)
+    }
+
+    /// The gradient of the winding number of some points at one of the points, up to a factor.
+    fn slope(&self, of: &Hierarchy, i: usize, soft: f64, normals: &[DVec3]) -> DVec3 {
+        let at = self.points[i];
+        let slope = Cell::new(DVec3::ZERO);
+        let add = |r: DVec3, moment: DVec3| slope.set(slope.get() + slope_of(r, moment, soft));
+        let near = |j: usize| add(self.points[j] - at, self.moment(j, normals));
+        of.visit(at, |run| add(run.centre - at, run.moment), near);
+        slope.get()
     }
 }
 
@@ -125,4 +177,43 @@ fn slope_of(r: DVec3, moment: DVec3, soft: f64) -> DVec3 {
     let square = r.length_squared() + soft * soft;
     let cube = square * square.sqrt();
     (3.0 * moment.dot(r) / square * r - moment) / cube
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn all_points_are_visited_once_and_far_ones_together() {
+        let points: Vec<DVec3> = (0..5000).map(|i| DVec3::new(f64::from(i), 0.0, 0.0)).collect();
+        let (ones, pieces) = (vec![1.0; points.len()], vec![0; points.len()]);
+        let dipoles = Dipoles { points: &points, spacing: &ones, pieces: &pieces };
+        // Of moment 1 each, so that moments count points.
+        let all: Vec<u32> = (0..points.len() as u32).collect();
+        let runs = dipoles.hierarchy(&all, &vec![DVec3::X; points.len()]);
+        for at in [DVec3::ZERO, DVec3::new(2500.0, 3.0, 0.0), DVec3::new(0.0, 1e6, 0.0)] {
+            let (mut far, mut near) = (Vec::new(), Vec::new());
+            runs.visit(at, |run| far.push(run.moment.x as usize), |i| near.push(i));
+            assert_eq!(far.iter().sum::<usize>() + near.len(), points.len());
+            assert!(far.len() < 60 && near.len() < 9 * RUN, "{} runs and {} points", far.len(), near.len());
+            assert_eq!(near.is_empty(), at.y > 1e3);
+        }
+    }
+
+    #[test]
+    fn a_cap_of_a_sphere_that_points_inwards_is_turned() {
+        let sphere = sample("sphere").unwrap();
+        let order = crate::sites::morton::morton_order(&sphere.vertices);
+        let points: Vec<DVec3> = order.iter().map(|i| sphere.vertices[*i as usize]).collect();
+        let spacing = vec![(sphere.area() / points.len() as f64).sqrt(); points.len()];
+        let outward: Vec<DVec3> = points.iter().map(|p| p.normalize()).collect();
+        let is_cap = |n: &DVec3| n.z > 0.6;
+        let pieces: Vec<u32> = outward.iter().map(|n| u32::from(is_cap(n))).collect();
+        let mut normals: Vec<DVec3> = outward.iter().map(|n| if is_cap(n) { -*n } else { *n }).collect();
+        assert!(normals != outward);
+        let dipoles = Dipoles { points: &points, spacing: &spacing, pieces: &pieces };
+        dipoles.turn(&mut normals, &ProgressToken::default()).unwrap();
+        assert_eq!(normals, outward);
+    }
 }
