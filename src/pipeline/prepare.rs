@@ -123,7 +123,7 @@ impl Prepared {
         };
         if options.method == Method::CoarseToFine {
             let context = prepared.context(device, options, None);
-            let model = SurfaceModel::new(&context, &ModelRequest::of(context.plan), progress)?;
+            let model = SurfaceModel::new(&context, &ModelRequest::of(context.plan), None, progress)?;
             if model.curves.is_some() {
                 check_memory(device, context.mesh, options, context.plan.vertices, true)?;
             }

@@ -2,7 +2,7 @@
 
 use super::RunInput;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
-use super::coarse_to_fine::size_field::{SizeRequest, size_field};
+use super::coarse_to_fine::size_field::{Curvatures, SizeRequest, size_field};
 use super::face_count::{may_change, with_vertices};
 use super::kept::{Kept, in_units};
 use super::memory::bytes_needed;
@@ -270,7 +270,7 @@ impl<'a> PreviewedSurface<'a> {
         let has_bends = plan.bends.is_some();
         let request =
             SizeRequest { options, min_edge, vertices, sizing, has_bends, given, fixed, floors, diagonal };
-        let field = size_field(unit, curves.as_ref(), &request)?;
+        let field = size_field(unit, (curves.as_ref(), &Curvatures::default()), &request)?;
         Ok((features, curves.map(|curves| curves.with_sizes(&field)), field))
     }
 }

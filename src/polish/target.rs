@@ -17,7 +17,7 @@ pub struct Target {
     pub(super) tree: Arc<SurfaceTree>,
     /// Normals of the triangles, with the doubled area as length.
     normals: Arc<Vec<DVec3>>,
-    pub(crate) vertices: Vec<SurfaceVertex>,
+    pub(crate) vertices: Arc<Vec<SurfaceVertex>>,
     /// `None` if all triangles are one patch.
     patches: Option<Arc<Patches>>,
 }
@@ -61,7 +61,7 @@ impl Target {
         Self {
             tree: Arc::new(SurfaceTree::new(surface, twins)),
             normals: Arc::new(normals),
-            vertices,
+            vertices: Arc::new(vertices),
             patches: None,
         }
     }

@@ -5,9 +5,11 @@
 //! away the other way, since bends have a sign.
 
 use crate::TriMesh;
+use crate::mesh::csr::Csr;
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Radius over which tensors are averaged, in edge lengths of the output.
 const REACH: f64 = 0.5;
@@ -163,32 +165,45 @@ fn tensors(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<Tensor> {
     let typical = length_sum / edges.len().max(1) as f64;
     // Each round spreads by the root of half an edge's square.
     let rounds = (2.0 * (REACH * spacing / typical.max(f64::MIN_POSITIVE)).powi(2)).round().min(MOST_ROUNDS);
+    let mut held: Vec<Held> =
+        tensors.into_iter().zip(areas).map(|(tensor, area)| Held { tensor, area }).collect();
+    let around = Csr::group(count, edges.iter().flat_map(|[a, b]| [(*b, *a), (*a, *b)]));
     for _ in 0..rounds as u32 {
-        spread(&edges, &stops, &mut tensors, &mut areas);
+        held = spread(&around, &stops, &held);
     }
-    let of_area = |(tensor, area): (&Tensor, &f64)| tensor.map(|term| term / area.max(f64::MIN_POSITIVE));
-    tensors.iter().zip(&areas).map(of_area).collect()
+    held.iter().map(|Held { tensor, area }| tensor.map(|term| term / area.max(f64::MIN_POSITIVE))).collect()
+}
+
+/// What a vertex has of a sum over the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Held {
+    tensor: Tensor,
+    area: f64,
+}
+
+impl Held {
+    fn times(&self, factor: f64) -> Self {
+        Self { tensor: self.tensor.map(|term| factor * term), area: factor * self.area }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.tensor.iter_mut().zip(other.tensor).for_each(|(sum, term)| *sum += term);
+        self.area += other.area;
+    }
 }
 
 /// Every vertex gives half of what it has to its neighbours in equal parts; those that stop keep all.
-fn spread(edges: &[[u32; 2]], stops: &[bool], tensors: &mut [Tensor], areas: &mut [f64]) {
-    let mut degrees = vec![0u32; areas.len()];
-    edges.as_flattened().iter().for_each(|v| degrees[*v as usize] += 1);
-    let (old_tensors, old_areas) = (tensors.to_vec(), areas.to_vec());
-    for v in (0..areas.len()).filter(|v| !stops[*v] && degrees[*v] > 0) {
-        tensors[v].iter_mut().for_each(|term| *term *= 0.5);
-        areas[v] *= 0.5;
-    }
-    for [from, to] in
-        edges.iter().flat_map(|[a, b]| [[*a, *b], [*b, *a]]).map(|pair| pair.map(|v| v as usize))
-    {
-        if stops[from] {
-            continue;
-        }
-        let share = 0.5 / f64::from(degrees[from]);
-        tensors[to].iter_mut().zip(&old_tensors[from]).for_each(|(sum, term)| *sum += share * term);
-        areas[to] += share * old_areas[from];
-    }
+fn spread(around: &Csr, stops: &[bool], held: &[Held]) -> Vec<Held> {
+    let gives = |v: usize| !stops[v] && !around.of(v as u32).is_empty();
+    let of = |v: usize| held[v].times(0.5 / around.of(v as u32).len() as f64);
+    let given: Vec<Held> = (0..held.len()).into_par_iter().map(of).collect();
+    let after = |v: usize| {
+        let mut own = if gives(v) { held[v].times(0.5) } else { held[v] };
+        let near = around.of(v as u32).iter().map(|w| *w as usize);
+        near.filter(|w| !stops[*w]).for_each(|w| own.add(&given[w]));
+        own
+    };
+    (0..held.len()).into_par_iter().map(after).collect()
 }
 
 /// The curvature of a curve at an arc length, taken over about an edge of a mesh of this `spacing`, in the
@@ -221,6 +236,32 @@ mod tests {
                 assert!((k / expected - 1.0).abs() < tolerance, "vertex {v}: {k} and not {expected}");
             }
         }
+    }
+
+    #[test]
+    fn gathering_adds_what_giving_away_in_the_order_of_the_edges_does() {
+        let mesh = sample("bumpy-sphere").unwrap();
+        let count = mesh.vertices.len();
+        let edges: Vec<[u32; 2]> =
+            EdgeTable::new(&mesh.triangles).edges().map(|sides| <[u32; 2]>::from(sides[0].ends())).collect();
+        let stops: Vec<bool> = (0..count).map(|v| v % 7 == 0).collect();
+        let held: Vec<Held> = (0..count)
+            .map(|v| Held {
+                tensor: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|k| (k * v as f64).sin()),
+                area: v as f64,
+            })
+            .collect();
+        let mut degrees = vec![0.0; count];
+        edges.as_flattened().iter().for_each(|v| degrees[*v as usize] += 1.0);
+        let mut expected: Vec<Held> =
+            (0..count).map(|v| if stops[v] { held[v] } else { held[v].times(0.5) }).collect();
+        for [from, to] in edges.iter().flat_map(|[a, b]| [[*a, *b], [*b, *a]]) {
+            if !stops[from as usize] {
+                expected[to as usize].add(&held[from as usize].times(0.5 / degrees[from as usize]));
+            }
+        }
+        let around = Csr::group(count, edges.iter().flat_map(|[a, b]| [(*b, *a), (*a, *b)]));
+        assert_eq!(spread(&around, &stops, &held), expected);
     }
 
     /// A cylinder of radius 0.5 about the z axis.

@@ -3,7 +3,7 @@
 use crate::mesh::sizing::SizeField;
 use crate::mesh::subdivide::Halved;
 use crate::options::{Options, Sizing};
-use crate::pipeline::coarse_to_fine::size_field::{SizeRequest, size_field};
+use crate::pipeline::coarse_to_fine::size_field::{Curvatures, SizeRequest, size_field};
 use crate::pipeline::coarse_to_fine::surface_model::surface_vertices;
 use crate::pipeline::plan::Plan;
 use crate::sites::surface::Surface;
@@ -41,7 +41,7 @@ pub(crate) fn sizes(
         floors: &[],
         diagonal,
     };
-    size_field(&surface.mesh(), None, &request)
+    size_field(&surface.mesh(), (None, &Curvatures::default()), &request)
 }
 
 /// Adds the values at the middles of halved edges.

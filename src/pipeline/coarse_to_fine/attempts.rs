@@ -3,7 +3,7 @@
 
 use super::levels::enough;
 use super::shared::CoarseToFine;
-use super::surface_model::{ModelRequest, SurfaceModel};
+use super::surface_model::{FeaturedSurface, ModelRequest, SurfaceModel};
 use crate::mesh::sizing::SizeField;
 use crate::options::{Options, Shortage, Sizing};
 use crate::pipeline::anisotropic::anisotropic;
@@ -42,6 +42,8 @@ pub(super) struct Runner<'a, 'p> {
     pub progress: &'a mut ProgressReporter<'p>,
     /// Features are those of edges this many times as long as the vertices give.
     pub coarseness: f64,
+    /// The surface of the last model.
+    featured: Option<FeaturedSurface>,
     clock: &'a mut Clock,
 }
 
@@ -63,7 +65,10 @@ impl Runner<'_, '_> {
     pub fn model(&mut self, request: &ModelRequest) -> Result<SurfaceModel> {
         let context = &self.shared.context;
         let request = ModelRequest { coarseness: self.coarseness, ..*request };
-        self.progress.during(|progress| SurfaceModel::new(context, &request, progress))
+        let known = self.featured.take();
+        let model = self.progress.during(|progress| SurfaceModel::new(context, &request, known, progress))?;
+        self.featured = Some(model.featured());
+        Ok(model)
     }
 
     /// The surface for this number of vertices without creases between narrow facets.
@@ -197,8 +202,8 @@ impl Attempts<'_> {
         clock: &mut Clock,
     ) -> Result<Outcome> {
         let (seed, shortage) = (self.context.options.seed, self.context.options.shortage);
-        let mut runner =
-            Runner { shared: self, attempts: self.attempts_before, progress, coarseness: 1.0, clock };
+        let (attempts, featured) = (self.attempts_before, Some(model.featured()));
+        let mut runner = Runner { shared: self, attempts, progress, coarseness: 1.0, featured, clock };
         let (model, vertices) = match shortage {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.context.plan.vertices)?,
             Shortage::Refuse | Shortage::BestEffort => (model, self.context.plan.vertices),
@@ -221,17 +226,24 @@ impl Attempts<'_> {
         if self.context.options.coarse_to_fine.local {
             return whole(&mut runner).and_then(|whole| self.accepted(whole));
         }
+        // For too few vertices.
+        let with_local_operations = |runner: &mut Runner| {
+            let whole = whole(runner)?;
+            let outcome = runner.with_round_facets(whole, vertices)?;
+            let outcome = runner.with_coarser_features(outcome, vertices)?;
+            self.accepted(outcome)
+        };
+        if self.is_little_for_topology(vertices) {
+            return with_local_operations(&mut runner);
+        }
         let first = match runner.attempt(&model, vertices, seed) {
-            // There are too few vertices for the curves.
+            // There are too few for the curves.
             Err(Error::Usage { .. }) if self.context.may_simplify() => {
-                let whole = whole(&mut runner)?;
-                let outcome = runner.with_round_facets(whole, vertices)?;
-                let outcome = runner.with_coarser_features(outcome, vertices)?;
-                return self.accepted(outcome);
+                return with_local_operations(&mut runner);
             }
             first => first?,
         };
-        // It takes memory on the device, as the next one does.
+        // Its edge lengths take memory on the device, as those of the next one do.
         drop(model);
         let first = runner.with_refined_lengths(first, vertices)?;
         let first = runner.with_shorter_edges(first, vertices)?;
@@ -242,6 +254,13 @@ impl Attempts<'_> {
             None => runner.with_coarser_features(first, vertices)?,
         };
         self.accepted(outcome)
+    }
+
+    /// Whether there are so few vertices for the handles and loops that cells would hardly have them, and
+    /// none may be added: local operations tell how many there must be.
+    fn is_little_for_topology(&self, vertices: usize) -> bool {
+        let may_add = self.context.options.shortage == Shortage::AddVertices;
+        !may_add && self.context.may_simplify() && vertices < self.context.input.vertices_needed()
     }
 
     /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.

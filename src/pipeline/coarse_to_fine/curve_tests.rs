@@ -26,10 +26,11 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let frame = UnitFrame::of(mesh).unwrap();
     let surface = Surface::new(mesh, &frame);
     let spacing = crate::mesh::spacing(surface.area(), count);
-    let sized = |_: Option<&_>| Ok(SizeField::default());
+    let sized = |_: Option<&_>, _: &_| Ok(SizeField::default());
     let progress = ProgressToken::default();
     let model =
-        SurfaceModel::with(&device, &surface, &FeatureOptions::new(spacing), sized, &progress).unwrap();
+        SurfaceModel::with(&device, &surface, &FeatureOptions::new(spacing), (None, &sized), &progress)
+            .unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = model.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };

@@ -311,7 +311,7 @@ impl CoarseToFine<'_> {
 
     /// The middle of an edge that was to stay whole and is none of the mesh.
     fn missing_whole_edge(&self, constrained: &ConstrainedMesh) -> Option<DVec3> {
-        let curves = self.model.curves.as_ref()?;
+        let curves = self.model.curves.as_deref()?;
         // Ridges are numbered behind the curves.
         let is_whole = |curve: u32| curves.curves.get(curve as usize).is_some_and(|path| path.is_whole);
         let whole = constrained.curve_edges.iter().filter(|edge| is_whole(edge.curve));

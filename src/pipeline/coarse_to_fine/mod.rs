@@ -72,7 +72,7 @@ impl CoarseToFine<'_> {
     /// [`Error::Cancelled`].
     pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Outcome> {
         let options = self.context.options;
-        let curves = self.model.curves.as_ref();
+        let curves = self.model.curves.as_deref();
         let extent = Extent { area: self.context.surface.area(), euler: self.context.input.euler, curves };
         let plans = levels(&extent, self.vertices, self.context.plan.coarsest)
             .map_err(|error| self.context.plan.curves.name_borders(error))?;
@@ -205,7 +205,7 @@ impl CoarseToFine<'_> {
 
     /// Further iterations of the last level, where sites make room for points.
     fn more_iterations(&self) -> u32 {
-        let has_points = self.model.curves.as_ref().is_some_and(|curves| !curves.points.is_empty());
+        let has_points = self.model.curves.as_deref().is_some_and(|curves| !curves.points.is_empty());
         if has_points { MAKING_ROOM } else { 0 }
     }
 
@@ -213,7 +213,7 @@ impl CoarseToFine<'_> {
     pub(crate) fn start(&self, origin: Origin, plan: &LevelPlan) -> (Start, Option<LevelCurves>) {
         let sizes = &self.model.sizes;
         let lengths = |sites: &SitesOnSurface| sizes.at_all(&sites.positions, &sites.triangles);
-        let Some(curves) = &self.model.curves else {
+        let Some(curves) = self.model.curves.as_deref() else {
             let sites = match &origin {
                 Origin::Coarser(LevelMesh { mesh, sites, .. }) => {
                     let triangles = &sites.triangles;

@@ -96,7 +96,7 @@ impl CoarseToFine<'_> {
     /// Pulled sites back on the surface, each on its sheet and in its patch.
     fn on_surface(&self, level: &LevelMesh, pulled: &[PulledSite], spacing: f64) -> SitesOnSurface {
         let (surface, target) = (self.context.surface, &self.model.target);
-        let patch = |t: u32| self.model.curves.as_ref().map_or(0, |curves| curves.patches[t as usize]);
+        let patch = |t: u32| self.model.curves.as_deref().map_or(0, |curves| curves.patches[t as usize]);
         let fixed = level.fixed();
         let mut sites = SitesOnSurface::with_capacity(pulled.len());
         let mut rank = 0;
@@ -152,7 +152,7 @@ impl CoarseToFine<'_> {
         if improved.level.on_ridges.is_empty() {
             return mended.curve_vertices;
         }
-        let curves = self.model.curves.as_ref().map_or(0, |curves| curves.polylines().count());
+        let curves = self.model.curves.as_deref().map_or(0, |curves| curves.polylines().count());
         let edges = improved.mesh.curve_edges.iter().filter(|edge| (edge.curve as usize) < curves);
         edges.flat_map(|edge| edge.ends).collect::<BTreeSet<u32>>().len()
     }

@@ -10,7 +10,9 @@ use crate::options::{Length, Options, Sizing};
 use crate::pipeline::refined::refuse_share;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
+use std::sync::OnceLock;
 
 /// By default, sizes are at most this many times smaller or larger than the edge length of a uniform mesh.
 const RANGE: f64 = 8.0;
@@ -48,14 +50,29 @@ pub(crate) struct SizeRequest<'a> {
     pub diagonal: f64,
 }
 
-/// The size field over `surface`, which is in the unit-diagonal frame, with its curves.
+/// How much a surface with its curves bends, found once for all edge lengths with one spacing.
+#[derive(Debug, Default)]
+pub(crate) struct Curvatures(OnceLock<(f64, Vec<f64>)>);
+
+impl Curvatures {
+    /// Those at the vertices; the surface and its curves must always be the same.
+    fn of(&self, surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Cow<'_, [f64]> {
+        let (at, known) = self.0.get_or_init(|| (spacing, largest_curvatures(surface, curves, spacing)));
+        if *at == spacing {
+            return Cow::Borrowed(known);
+        }
+        Cow::Owned(largest_curvatures(surface, curves, spacing))
+    }
+}
+
+/// The size field over `surface`, which is in the unit-diagonal frame, with its curves and how much it bends.
 ///
 /// # Errors
 /// [`Error::Usage`] for bounds that exclude a uniform mesh and fixed lengths for another number of vertices,
 /// [`Error::Input`] for sizes that are not positive.
 pub(crate) fn size_field(
     surface: &TriMesh,
-    curves: Option<&SurfaceCurves>,
+    (curves, bent): (Option<&SurfaceCurves>, &Curvatures),
     request: &SizeRequest,
 ) -> Result<SizeField> {
     let SizeRequest { options, min_edge, vertices, sizing, has_bends, given, fixed, floors, diagonal } =
@@ -63,7 +80,7 @@ pub(crate) fn size_field(
     let max_edge = options.coarse_to_fine.max_edge;
     let spacing = spacing(surface.area(), vertices);
     if *sizing == Sizing::Automatic && has_bends {
-        let field = lengths_at_bends(surface, &largest_curvatures(surface, curves, spacing), spacing);
+        let field = lengths_at_bends(surface, &bent.of(surface, curves, spacing), spacing);
         let has_room = |curves: &SurfaceCurves| {
             leaves_enough(&curves.clone().with_sizes(&field), surface.area(), vertices)
         };
@@ -73,7 +90,7 @@ pub(crate) fn size_field(
     if (sizing.is_even() || options.coarse_to_fine.sizing.aspect().is_some()) && fixed.is_empty() {
         return Ok(SizeField::default());
     }
-    let curvatures = largest_curvatures(surface, curves, spacing);
+    let curvatures = bent.of(surface, curves, spacing);
     let desired = match sizing {
         Sizing::Curvature { gradation } => {
             curvatures.iter().map(|curvature| curvature.max(FLAT).powf(-0.5 * gradation)).collect()

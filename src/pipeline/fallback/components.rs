@@ -68,10 +68,15 @@ impl Components {
         extract(mesh, &self.triangles[part])
     }
 
-    /// The number of vertices of a component.
-    fn vertices(&self, mesh: &TriMesh, part: usize) -> usize {
-        let corners = self.triangles[part].iter().flat_map(|t| mesh.triangles[*t as usize]);
-        corners.collect::<HashSet<u32>>().len()
+    /// The number of vertices of each component.
+    fn vertex_counts(&self, mesh: &TriMesh) -> Vec<usize> {
+        // The last component that each vertex was counted for.
+        let mut counted = vec![usize::MAX; mesh.vertices.len()];
+        let count = |(part, triangles): (usize, &Vec<u32>)| {
+            let corners = triangles.iter().flat_map(|t| mesh.triangles[*t as usize]);
+            corners.filter(|v| std::mem::replace(&mut counted[*v as usize], part) != part).count()
+        };
+        self.triangles.iter().enumerate().map(count).collect()
     }
 
     fn submeshes(&self, mesh: &TriMesh) -> Vec<TriMesh> {
@@ -95,12 +100,9 @@ impl Components {
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
             small.iter().zip(&of_small).map(|(part, of)| Part::new(of, self.areas[*part])).collect();
-        let mut claims: Vec<Claim> = (0..self.count())
-            .map(|part| {
-                let vertices = self.vertices(mesh, part);
-                Claim { area: self.areas[part], vertices, shape: COMPACT, least: 0 }
-            })
-            .collect();
+        let claim =
+            |(area, vertices): (&f64, usize)| Claim { area: *area, vertices, shape: COMPACT, least: 0 };
+        let mut claims: Vec<Claim> = self.areas.iter().zip(self.vertex_counts(mesh)).map(claim).collect();
         small.iter().zip(&of_small).for_each(|(part, of)| claims[*part].shape = shape_vertices(of));
         claims[largest].least = claims[largest].vertices.min(ENOUGH);
         let of_large = |counts: &[usize]| large.iter().map(|part| counts[*part]).sum::<usize>();
