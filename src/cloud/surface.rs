@@ -140,6 +140,8 @@ const MOST_TRIANGLES: f64 = 2e6;
 const MOST_NODES: f64 = 3e7;
 /// Boundary loops up to this many spacings across are filled.
 const GAP: f64 = 6.0;
+/// Surfaces with more handles than this keep all of them, since to remove them would take long.
+const MOST_HANDLES: usize = 10_000;
 
 /// About this many points are used to finish early: they take less than a second.
 const FEW: usize = 40_000;
@@ -245,7 +247,7 @@ fn run_with_known(
     }
     let gap = (GAP * room).max(options.fill_holes / points.frame.scale);
     let filled = fill(&mut mesh, gap, progress)?;
-    let handles = remove_small_handles(&mut mesh, GAP * room, progress)?;
+    let handles = remove_small_handles(&mut mesh, GAP * room, MOST_HANDLES, progress)?;
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;
     let attributes = carry_attributes(&cloud.attributes, &points.origin, &tree, &mesh);

@@ -20,12 +20,12 @@ const MOST_PASSES: usize = 16;
 /// A surface with a handle for this many triangles or fewer is left as it is: its handles are intended, as
 /// those of a lattice.
 const TRIANGLES_PER_HANDLE: usize = 500;
-/// A surface with more handles than this is left as it is, since it would take long.
+/// Of a volume, a surface with more handles than this is left as it is, since it would take long.
 const MOST_HANDLES: usize = 2000;
 /// Any point is this fraction of the radius away from the centre of some region, at most.
 const SPREAD: f64 = 0.5;
 
-/// The number of handles, if there are so many that [`remove_small_handles`] leaves all of them.
+/// The number of handles, if there are so many that they may be those of a lattice.
 pub(crate) fn many_handles(mesh: &TriMesh) -> Option<usize> {
     let handles = handles(mesh);
     (handles > most_handles(mesh)).then_some(handles)
@@ -35,19 +35,21 @@ fn handles(mesh: &TriMesh) -> usize {
     topology(mesh).genus.unwrap_or(0).max(0) as usize
 }
 
-fn most_handles(mesh: &TriMesh) -> usize {
+/// The greatest number of handles that are not many.
+pub(crate) fn most_handles(mesh: &TriMesh) -> usize {
     MOST_HANDLES.min(mesh.triangles.len() / TRIANGLES_PER_HANDLE)
 }
 
 /// Removes the handles that lie within half of `radius` of a point of the surface, and some of up to twice
-/// this size, and returns how many; none where the surface has many in all. The mesh must be manifold;
-/// its triangles keep their numbers, and further ones come behind them.
+/// this size, and returns how many; none where the surface has more than `most` in all. The mesh must be
+/// manifold; its triangles keep their numbers, and further ones come behind them.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(crate) fn remove_small_handles(
     mesh: &mut TriMesh,
     radius: f64,
+    most: usize,
     progress: &ProgressToken,
 ) -> Result<usize> {
     let mut removed = 0;
@@ -56,7 +58,7 @@ pub(crate) fn remove_small_handles(
     for _ in 0..MOST_PASSES {
         progress.poll()?;
         let handles = handles(mesh);
-        if handles == 0 || (removed == 0 && handles > most_handles(mesh)) {
+        if handles == 0 || (removed == 0 && handles > most) {
             break;
         }
         let before = removed;

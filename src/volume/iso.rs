@@ -6,7 +6,7 @@ use super::border::{rim, turn};
 use super::coarse::surface_or_coarse;
 use super::noise::{Extracted, Extraction};
 use crate::io::Volume;
-use crate::mesh::handles::remove_small_handles;
+use crate::mesh::handles::{most_handles, remove_small_handles};
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 
@@ -145,7 +145,10 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
     progress.done(0.9)?;
     let handles = match options.keep_specks {
         true => 0,
-        false => remove_small_handles(&mut mesh, HANDLE, progress)?,
+        false => {
+            let most = most_handles(&mesh);
+            remove_small_handles(&mut mesh, HANDLE, most, progress)?
+        }
     };
     let mut rim = if options.closed { rim(&mesh, volume.size) } else { Vec::new() };
     mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
