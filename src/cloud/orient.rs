@@ -68,9 +68,7 @@ pub(super) fn orient(
         }
     });
     let width = WIDTH + noise(shapes, &neighbours.spacing);
-    for _ in 0..ROUNDS {
-        follow_neighbours((points, tree, count), (&neighbours.spacing, width), normals, progress)?;
-    }
+    follow_neighbours((points, tree, count), (&neighbours.spacing, width), normals, progress)?;
     let mut pieces: Vec<u32> = roots.iter().map(|(root, _)| *root).collect();
     Dipoles { points, spacing: &neighbours.spacing, pieces: &clear }.turn(normals, progress)?;
     outward(points, normals, &neighbours.spacing, &mut pieces);
@@ -219,37 +217,55 @@ fn join_pieces(pieces: &mut Pieces, pairs: &[Pair], least: f64, progress: &Progr
     Ok(())
 }
 
-/// Turns normals against which most of the `count` nearest stand: those of points that noise has carried off
-/// are not sure of anything.
+/// Turns normals against which most of the `count` nearest stand, several times: those of points that noise
+/// has carried off are not sure of anything.
 fn follow_neighbours(
     (points, tree, count): (&[DVec3], &KdTree, usize),
     (spacing, width): (&[f64], f64),
     normals: &mut [DVec3],
     progress: &ProgressToken,
 ) -> Result<()> {
-    let all = points;
-    let chunks: Vec<Vec<bool>> = points
-        .par_chunks(CHUNK)
-        .zip(normals.par_chunks(CHUNK))
-        .enumerate()
-        .map(|(chunk, (points, own))| {
+    // How far the nearest of each point reach, squared.
+    let mut reach = vec![f64::INFINITY; points.len()];
+    let mut last: Vec<DVec3> = Vec::new();
+    for round in 0..ROUNDS {
+        let tree_of_last = (round > 0).then(|| KdTree::new(&last));
+        // Nothing is new where none of the nearest was turned in the last round.
+        let is_new = |p: DVec3, reach: f64| {
+            let Some(tree) = &tree_of_last else { return true };
+            tree.nearest(p).is_some_and(|k| last[k as usize].distance_squared(p) <= reach)
+        };
+        let turns = |i: usize, reach: &mut f64, found: &mut Vec<(f64, u32)>| {
+            let (p, normal) = (points[i], normals[i]);
+            if !is_new(p, *reach) {
+                return false;
+            }
+            tree.nearest_few(p, count, found);
+            *reach = found.last().map_or(0.0, |(square, _)| *square);
+            let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+            for (_, j) in found {
+                let apart = normal.dot(points[*j as usize] - p) / (width * spacing[i]);
+                let weight = (1.0 + apart * apart).powi(-2);
+                sum += weight * normals[*j as usize];
+                weights += weight;
+            }
+            sum.dot(normal) < -MAJORITY * weights
+        };
+        let of_chunk = |(chunk, reach): (usize, &mut [f64])| {
             progress.poll()?;
             let mut found = Vec::new();
-            let turns = |(i, (p, normal)): (usize, (&DVec3, &DVec3))| {
-                tree.nearest_few(*p, count, &mut found);
-                let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
-                for (_, j) in &found {
-                    let apart = normal.dot(all[*j as usize] - *p) / (width * spacing[chunk * CHUNK + i]);
-                    let weight = (1.0 + apart * apart).powi(-2);
-                    sum += weight * normals[*j as usize];
-                    weights += weight;
-                }
-                sum.dot(*normal) < -MAJORITY * weights
-            };
-            Ok(points.iter().zip(own).enumerate().map(turns).collect())
-        })
-        .collect::<Result<_>>()?;
-    normals.iter_mut().zip(chunks.concat()).filter(|(_, turns)| *turns).for_each(|(n, _)| *n = -*n);
+            let own = (chunk * CHUNK..).zip(reach);
+            Ok(own.filter_map(|(i, reach)| turns(i, reach, &mut found).then_some(i)).collect())
+        };
+        let turned: Vec<Vec<usize>> =
+            reach.par_chunks_mut(CHUNK).enumerate().map(of_chunk).collect::<Result<_>>()?;
+        let turned = turned.concat();
+        if turned.is_empty() {
+            break;
+        }
+        turned.iter().for_each(|i| normals[*i] = -normals[*i]);
+        last = turned.into_iter().map(|i| points[i]).collect();
+    }
     Ok(())
 }
 

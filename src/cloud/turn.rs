@@ -42,6 +42,28 @@ pub(super) struct Dipoles<'a> {
     pub pieces: &'a [u32],
 }
 
+/// How strongly a piece speaks for its normals, and the others against them.
+struct Strength {
+    itself: f64,
+    against: f64,
+}
+
+impl Strength {
+    fn is_inside_out(&self) -> bool {
+        self.against / self.itself.abs().max(f64::MIN_POSITIVE) > ENOUGH
+    }
+
+    /// Once all pieces are turned that together spoke `by_turned` against this one, perhaps itself among
+    /// them.
+    fn after(&self, by_turned: f64, is_turned: bool) -> Self {
+        let against = match is_turned {
+            true => 2.0 * (by_turned - self.itself) - self.against,
+            false => self.against - 2.0 * by_turned,
+        };
+        Self { against, ..*self }
+    }
+}
+
 /// Many points as one.
 struct Run {
     centre: DVec3,
@@ -106,29 +128,49 @@ impl Dipoles<'_> {
         (0..).zip(self.pieces).for_each(|(i, piece)| members.entry(*piece).or_default().push(i));
         let mut members: Vec<Vec<u32>> = members.into_values().filter(|own| own.len() >= LEAST).collect();
         members.sort_by_key(|own| std::cmp::Reverse(own.len()));
+        let pieces = &members[members.len().min(1)..];
+        let mut strengths = self.strengths(pieces, normals, progress)?;
         for _ in 0..ROUNDS {
-            let all: Vec<u32> = (0..self.points.len() as u32).collect();
-            let runs = self.hierarchy(&all, normals);
-            let judged: Vec<f64> = members
-                .par_iter()
-                .skip(1)
-                .map(|own| {
-                    progress.poll()?;
-                    Ok(self.against(own, normals, &runs))
-                })
-                .collect::<Result<_>>()?;
-            let mut turned = false;
-            for (own, against) in members.iter().skip(1).zip(judged) {
-                if against > ENOUGH {
-                    own.iter().for_each(|i| normals[*i as usize] = -normals[*i as usize]);
-                    turned = true;
-                }
-            }
-            if !turned {
+            let is_turned: Vec<bool> = strengths.iter().map(Strength::is_inside_out).collect();
+            let mut turned: Vec<u32> = (pieces.iter().zip(&is_turned))
+                .filter(|(_, is_turned)| **is_turned)
+                .flat_map(|(own, _)| own.iter().copied())
+                .collect();
+            if turned.is_empty() {
                 break;
             }
+            turned.sort_unstable();
+            let of_turned = self.hierarchy(&turned, normals);
+            let after = |(own, (before, is_turned)): (&Vec<u32>, (&Strength, &bool))| {
+                progress.poll()?;
+                let by_turned = self.pull(own, &of_turned, normals);
+                Ok(before.after(by_turned, *is_turned))
+            };
+            strengths = pieces
+                .par_iter()
+                .zip(strengths.par_iter().zip(&is_turned))
+                .map(after)
+                .collect::<Result<_>>()?;
+            turned.iter().for_each(|i| normals[*i as usize] = -normals[*i as usize]);
         }
         Ok(())
+    }
+
+    /// The strength of each of these pieces against the others.
+    fn strengths(
+        &self,
+        pieces: &[Vec<u32>],
+        normals: &[DVec3],
+        progress: &ProgressToken,
+    ) -> Result<Vec<Strength>> {
+        let all: Vec<u32> = (0..self.points.len() as u32).collect();
+        let all = self.hierarchy(&all, normals);
+        let of = |own: &Vec<u32>| {
+            progress.poll()?;
+            let itself = self.pull(own, &self.hierarchy(own, normals), normals);
+            Ok(Strength { itself, against: self.pull(own, &all, normals) - itself })
+        };
+        pieces.par_iter().map(of).collect()
     }
 
     /// The runs of some points, which ascend.
@@ -146,19 +188,15 @@ impl Dipoles<'_> {
         self.spacing[i] * self.spacing[i] * normals[i]
     }
 
-    /// How strongly the other points speak against the normals of a piece, relative to its own strength.
-    fn against(&self, own: &[u32], normals: &[DVec3], all: &Hierarchy) -> f64 {
-        let itself = self.hierarchy(own, normals);
-        let step = own.len().div_ceil(SAMPLES);
-        let (mut by_all, mut by_itself) = (0.0, 0.0);
-        for i in own.iter().step_by(step).map(|i| *i as usize) {
+    /// How strongly some points speak against the normals of a piece, as a sum over samples of it.
+    fn pull(&self, own: &[u32], of: &Hierarchy, normals: &[DVec3]) -> f64 {
+        let samples = own.iter().step_by(own.len().div_ceil(SAMPLES)).map(|i| *i as usize);
+        let at = |i: usize| {
             // Near dipoles would drown the others out.
             let soft = self.spacing[i] * SOFT.max(SOFT_SHARE * (own.len() as f64).sqrt());
-            let moment = self.moment(i, normals);
-            by_all += moment.dot(self.slope(all, i, soft, normals));
-            by_itself += moment.dot(self.slope(&itself, i, soft, normals));
-        }
-        (by_all - by_itself) / by_itself.abs().max(f64::MIN_POSITIVE)
+            self.moment(i, normals).dot(self.slope(of, i, soft, normals))
+        };
+        samples.map(at).sum()
     }
 
     /// The gradient of the winding number of some points at one of the points, up to a factor.
