@@ -50,10 +50,10 @@ pub struct VolumeArgs {
     spacing: Option<DVec3>,
     /// Volumes: keep specks and tiny handles, which are usually noise
     ///
-    /// By default parts and cavities are left out if they are smaller than 8 voxels or than a thousandth of
-    /// the largest part, and handles if they lie within three voxels. Where noise makes too many handles for
-    /// that, the values are smoothed first; the handles of a lattice stay. Specks of labels are smaller than
-    /// 64 voxels and take the label around them.
+    /// By default parts and cavities are left out if they are smaller than 8 voxels or than a thousandth
+    /// of the largest part, and handles if they lie within three voxels. Where noise makes too many
+    /// handles for that, the values are smoothed first, unless there are several isovalues; the handles
+    /// of a lattice stay. Specks of labels are smaller than 64 voxels and take the label around them.
     #[arg(long, hide_short_help = true)]
     keep_specks: bool,
 }
@@ -150,13 +150,13 @@ impl VolumeArgs {
             Some(Side::Above) => Inside::Above,
             Some(Side::Below) => Inside::Below,
         };
-        let mut found: Vec<(f64, IsoSurface)> = Vec::new();
+        let (mut found, mut notes) = (Vec::new(), Vec::new());
         let mut flow = Flow::Continue;
-        let mut smoothings = 0;
-        while found.len() < self.iso.len() {
-            let (k, iso) = (found.len(), self.iso[found.len()]);
-            let asked = IsoOptions::new(iso).inside(inside).closed(closed).keep_specks(self.keep_specks);
-            let surface = iso_surface_with_progress(volume, &asked.smoothings(smoothings), |mut now| {
+        for (k, iso) in self.iso.iter().enumerate() {
+            let asked = IsoOptions::new(*iso).inside(inside).closed(closed).keep_specks(self.keep_specks);
+            // Surfaces of values that are not equally smooth might cross.
+            let asked = asked.smooth_noise(self.iso.len() == 1);
+            let surface = iso_surface_with_progress(volume, &asked, |mut now| {
                 now.fraction = (k as f64 + now.fraction) / count;
                 now.to_finish = (now.to_finish + count - 1.0 - k as f64) / count;
                 // To finish early counts for the surfaces that follow as well.
@@ -164,17 +164,9 @@ impl VolumeArgs {
                 flow
             })?;
             inside = surface.inside;
-            if surface.smoothings > smoothings {
-                smoothings = surface.smoothings;
-                if k > 0 {
-                    // Surfaces of values that are not equally smooth might cross: all are made again.
-                    found.clear();
-                    continue;
-                }
-            }
-            found.push((iso, surface));
+            notes.extend(iso_notes(volume, *iso, &surface));
+            found.push((*iso, surface));
         }
-        let notes = found.iter().flat_map(|(iso, surface)| iso_notes(volume, *iso, surface)).collect();
         let mut warnings = coarse_warning(found.iter().map(|(_, surface)| surface.step).max().unwrap_or(1));
         let smoothed: Vec<_> =
             found.iter().filter_map(|(iso, surface)| smoothed_warning(*iso, surface)).collect();
@@ -261,7 +253,7 @@ fn smoothed_warning(iso: f64, found: &IsoSurface) -> Option<(WarningCode, String
     let text = format!(
         "noise gave the isosurface at {iso} too many handles to remove them one by one, so the values were \
         smoothed over {:.1} voxels (--keep-specks keeps the noise)",
-        (found.smoothings as f64).sqrt()
+        (found.smoothings as f64).sqrt() * found.step as f64
     );
     (found.smoothings > 0).then_some((WarningCode::Smoothed, text))
 }

@@ -163,7 +163,8 @@ impl Pieces {
 }
 
 /// What speaks for equal signs of two pieces, less what speaks against, and both together, in millionths:
-/// sums of integers do not depend on their order, nor does a queue of different entries.
+/// sums of integers. The order in which the tables are read does not matter, since the queue orders its
+/// entries completely.
 type Votes = QuickMap<u32, (i64, i64)>;
 
 /// Joins pieces, those first between which most votes agree. Where less than this share of the votes is left

@@ -53,8 +53,8 @@ impl Strength {
         self.against / self.itself.abs().max(f64::MIN_POSITIVE) > ENOUGH
     }
 
-    /// Once all pieces are turned that together spoke `by_turned` against this one, perhaps itself among
-    /// them.
+    /// The strength after some pieces were turned. `by_turned` is what they said against this one before,
+    /// including itself if it `is_turned`.
     fn after(&self, by_turned: f64, is_turned: bool) -> Self {
         let against = match is_turned {
             true => 2.0 * (by_turned - self.itself) - self.against,
@@ -66,17 +66,20 @@ impl Strength {
 
 /// Many points as one.
 struct Run {
+    /// How many.
+    points: f64,
     centre: DVec3,
     radius: f64,
     moment: DVec3,
 }
 
 impl Run {
-    /// Several runs with as many points each as one.
+    /// Several runs as one.
     fn of(parts: &[Run]) -> Self {
-        let centre = parts.iter().map(|part| part.centre).sum::<DVec3>() / parts.len() as f64;
+        let points: f64 = parts.iter().map(|part| part.points).sum();
+        let centre = parts.iter().map(|part| part.points * part.centre).sum::<DVec3>() / points;
         let radius = parts.iter().map(|part| part.centre.distance(centre) + part.radius).fold(0.0, f64::max);
-        Self { centre, radius, moment: parts.iter().map(|part| part.moment).sum() }
+        Self { points, centre, radius, moment: parts.iter().map(|part| part.moment).sum() }
     }
 }
 
@@ -130,7 +133,7 @@ impl Dipoles<'_> {
         members.sort_by_key(|own| std::cmp::Reverse(own.len()));
         let pieces = &members[members.len().min(1)..];
         let mut strengths = self.strengths(pieces, normals, progress)?;
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
             let is_turned: Vec<bool> = strengths.iter().map(Strength::is_inside_out).collect();
             let mut turned: Vec<u32> = (pieces.iter().zip(&is_turned))
                 .filter(|(_, is_turned)| **is_turned)
@@ -146,11 +149,10 @@ impl Dipoles<'_> {
                 let by_turned = self.pull(own, &of_turned, normals);
                 Ok(before.after(by_turned, *is_turned))
             };
-            strengths = pieces
-                .par_iter()
-                .zip(strengths.par_iter().zip(&is_turned))
-                .map(after)
-                .collect::<Result<_>>()?;
+            if round < ROUNDS {
+                let known = pieces.par_iter().zip(strengths.par_iter().zip(&is_turned));
+                strengths = known.map(after).collect::<Result<_>>()?;
+            }
             turned.iter().for_each(|i| normals[*i as usize] = -normals[*i as usize]);
         }
         Ok(())
@@ -179,7 +181,7 @@ impl Dipoles<'_> {
             let centre = own.iter().map(|i| self.points[*i as usize]).sum::<DVec3>() / own.len() as f64;
             let radius = own.iter().map(|i| self.points[*i as usize].distance(centre)).fold(0.0, f64::max);
             let moment = own.iter().map(|i| self.moment(*i as usize, normals)).sum();
-            Run { centre, radius, moment }
+            Run { points: own.len() as f64, centre, radius, moment }
         };
         Hierarchy::new(members, members.par_chunks(RUN).map(run).collect())
     }
@@ -253,5 +255,37 @@ mod tests {
         let dipoles = Dipoles { points: &points, spacing: &spacing, pieces: &pieces };
         dipoles.turn(&mut normals, &ProgressToken::default()).unwrap();
         assert_eq!(normals, outward);
+    }
+
+    #[test]
+    fn strengths_after_turns_are_those_of_the_turned_pieces() {
+        let sphere = sample("sphere").unwrap();
+        let order = crate::sites::morton::morton_order(&sphere.vertices);
+        let points: Vec<DVec3> = order.iter().map(|i| sphere.vertices[*i as usize]).collect();
+        let spacing = vec![(sphere.area() / points.len() as f64).sqrt(); points.len()];
+        let mut normals: Vec<DVec3> = points.iter().map(|p| p.normalize()).collect();
+        let cap = |side: DVec3| -> Vec<u32> {
+            (0..points.len() as u32).filter(|i| normals[*i as usize].dot(side) > 0.8).collect()
+        };
+        let pieces = [cap(DVec3::Z), cap(-DVec3::Z), cap(DVec3::X)];
+        let dipoles = Dipoles { points: &points, spacing: &spacing, pieces: &[] };
+        let progress = ProgressToken::default();
+        let before = dipoles.strengths(&pieces, &normals, &progress).unwrap();
+        let turned: Vec<u32> = {
+            let mut both = [&pieces[0][..], &pieces[1]].concat();
+            both.sort_unstable();
+            both
+        };
+        let of_turned = dipoles.hierarchy(&turned, &normals);
+        let after: Vec<Strength> =
+            (0..3).map(|k| before[k].after(dipoles.pull(&pieces[k], &of_turned, &normals), k < 2)).collect();
+        turned.iter().for_each(|i| normals[*i as usize] = -normals[*i as usize]);
+        let afresh = dipoles.strengths(&pieces, &normals, &progress).unwrap();
+        for k in 0..3 {
+            let size = afresh[k].itself.abs();
+            assert!((after[k].against - afresh[k].against).abs() < 0.01 * size, "piece {k}");
+            assert!((after[k].against - before[k].against).abs() > 0.05 * size, "piece {k}");
+            assert_eq!([before[k].is_inside_out(), afresh[k].is_inside_out()], [false, k < 2]);
+        }
     }
 }

@@ -17,8 +17,8 @@ use short_loops::short_loops;
 
 /// Maximum number of passes over all regions with handles: one handle is cut at a time.
 const MOST_PASSES: usize = 16;
-/// A surface with a handle for this many triangles or fewer is left as it is: its handles are intended, as
-/// those of a lattice.
+/// Of a volume, a surface with a handle for this many triangles or fewer is left as it is: its handles are
+/// intended, as those of a lattice.
 const TRIANGLES_PER_HANDLE: usize = 500;
 /// Of a volume, a surface with more handles than this is left as it is, since it would take long.
 const MOST_HANDLES: usize = 2000;

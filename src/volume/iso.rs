@@ -36,14 +36,14 @@ pub struct IsoOptions {
     /// Whether to keep noise: components so small, compared with the largest, that they are specks; handles;
     /// and values that are otherwise smoothed where noise makes too many handles.
     pub keep_specks: bool,
-    /// How often the values are smoothed in any case, each time over one node in standard deviation.
-    pub smoothings: usize,
+    /// Whether the values are smoothed where noise makes too many handles, unless specks are kept.
+    pub smooth_noise: bool,
 }
 
 impl IsoOptions {
     /// The isosurface at this value, open at the volume's border.
     pub fn new(iso: f64) -> Self {
-        Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false, smoothings: 0 }
+        Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false, smooth_noise: true }
     }
 
     /// Sets [`IsoOptions::inside`].
@@ -64,10 +64,10 @@ impl IsoOptions {
         Self { keep_specks, ..self }
     }
 
-    /// Sets [`IsoOptions::smoothings`].
+    /// Sets [`IsoOptions::smooth_noise`].
     #[must_use]
-    pub fn smoothings(self, smoothings: usize) -> Self {
-        Self { smoothings, ..self }
+    pub fn smooth_noise(self, smooth_noise: bool) -> Self {
+        Self { smooth_noise, ..self }
     }
 }
 
@@ -87,8 +87,8 @@ pub struct IsoSurface {
     pub specks: usize,
     /// Number of handles removed because they are as small as specks.
     pub handles: usize,
-    /// How often the values were smoothed: more often than asked for if noise gave the surface more handles
-    /// than can be removed.
+    /// How often the values were smoothed, each time over one node in standard deviation, because noise gave
+    /// the surface too many handles to remove them one by one; at most three times.
     pub smoothings: usize,
     /// The surface is that of every `step`-th node along each axis: 1, or more to finish early.
     pub step: usize,
@@ -136,9 +136,10 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
         Inside::Automatic => rarer_at_border(volume, iso),
         side => side,
     };
-    let extraction = Extraction { iso, inside, closed: options.closed, keeps_noise: options.keep_specks };
-    let Extracted { mut mesh, specks, smoothings } =
-        extraction.without_noise(volume, options.smoothings, progress)?;
+    let (closed, keeps_specks) = (options.closed, options.keep_specks);
+    let smooths = options.smooth_noise && !keeps_specks;
+    let extraction = Extraction { iso, inside, closed, keeps_specks, smooths };
+    let Extracted { mut mesh, specks, smoothings } = extraction.without_noise(volume, progress)?;
     if mesh.triangles.is_empty() {
         return Err(no_surface(volume, options.iso));
     }

@@ -1,7 +1,9 @@
 //! Noise that gives an isosurface more handles than can be removed one by one: the values are smoothed.
 
+use glam::DVec3;
 use rayon::prelude::*;
 use std::borrow::Cow;
+use std::ops::RangeInclusive;
 
 use super::grid::Field;
 use super::iso::Inside;
@@ -17,9 +19,11 @@ use crate::{ProgressToken, Result};
 const MOST_ROUNDS: usize = 3;
 /// Handles may be noise if there is a speck for at least this fraction of them.
 const SPECKS: f64 = 0.1;
-/// They are noise if smoothing leaves at most this fraction of them, and does not break parts up. Those of a
-/// lattice stay.
+/// They are noise if smoothing leaves at most this fraction of them, makes no more specks, and keeps the
+/// volume within [`VOLUMES`]: struts that are too thin for it would be lost.
 const LEFT: f64 = 0.5;
+/// The enclosed volume after smoothing, over that before.
+const VOLUMES: RangeInclusive<f64> = 0.75..=1.35;
 /// Weights of the values up to two nodes away along an axis: those of a binomial distribution whose standard
 /// deviation is the distance between nodes.
 const WEIGHTS: [f64; 3] = [6.0, 4.0, 1.0];
@@ -40,37 +44,34 @@ pub(super) struct Extraction {
     /// The side that is inside, as chosen.
     pub inside: Inside,
     pub closed: bool,
-    /// Whether noise stays as it is.
-    pub keeps_noise: bool,
+    /// Whether specks are kept.
+    pub keeps_specks: bool,
+    /// Whether values may be smoothed.
+    pub smooths: bool,
 }
 
 impl Extraction {
-    /// The isosurface without specks, after `rounds` of smoothing; after more of them if it has many handles
-    /// that are noise.
+    /// The isosurface without specks; of smoothed values if it has too many handles that are noise.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
-    pub fn without_noise(
-        &self,
-        volume: &Volume,
-        rounds: usize,
-        progress: &ProgressToken,
-    ) -> Result<Extracted> {
+    pub fn without_noise(&self, volume: &Volume, progress: &ProgressToken) -> Result<Extracted> {
         let mut volume = Cow::Borrowed(volume);
-        for _ in 0..rounds {
-            volume = Cow::Owned(smoothed(&volume, progress)?);
-        }
-        let mut best = Extracted { smoothings: rounds, ..self.of(&volume, progress)? };
-        while !self.keeps_noise && best.smoothings < MOST_ROUNDS {
+        let mut best = self.of(&volume, progress)?;
+        while self.smooths && best.smoothings < MOST_ROUNDS {
             let Some(handles) = many_handles(&best.mesh) else { break };
             if (best.specks as f64) < SPECKS * handles as f64 {
                 break;
             }
             volume = Cow::Owned(smoothed(&volume, progress)?);
             let next = self.of(&volume, progress)?;
-            let [before, after] = [&best.mesh, &next.mesh].map(topology);
-            let left = after.genus.unwrap_or(0) as f64;
-            if after.faces == 0 || left > LEFT * handles as f64 || after.components > before.components {
+            let left = topology(&next.mesh).genus.unwrap_or(0) as f64;
+            let centre = 0.5 * DVec3::from_array(volume.size.map(|nodes| nodes as f64));
+            let [before, after] = [&best.mesh, &next.mesh].map(|mesh| enclosed(mesh, centre));
+            let is_noise = left <= LEFT * handles as f64
+                && next.specks <= best.specks
+                && VOLUMES.contains(&(after / before));
+            if !is_noise {
                 break;
             }
             best = Extracted { smoothings: best.smoothings + 1, ..next };
@@ -79,14 +80,23 @@ impl Extraction {
     }
 
     fn of(&self, volume: &Volume, progress: &ProgressToken) -> Result<Extracted> {
-        let Self { iso, inside, closed, keeps_noise } = *self;
+        let Self { iso, inside, closed, keeps_specks, .. } = *self;
         let sign = if inside == Inside::Above { -1.0 } else { 1.0 };
         let grid = Field { volume, iso, sign, closed }.grid();
         progress.done(0.4)?;
         let mesh = extract(&grid, progress)?.mesh;
-        let (mesh, specks) = if keeps_noise { (mesh, 0) } else { without_specks(mesh) };
+        let (mesh, specks) = if keeps_specks { (mesh, 0) } else { without_specks(mesh) };
         Ok(Extracted { mesh, specks, smoothings: 0 })
     }
+}
+
+/// The volume that a mesh encloses; of an open one, with the cone from its boundary to the centre.
+fn enclosed(mesh: &TriMesh, centre: DVec3) -> f64 {
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(|p| p - centre);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.triangles.len()).map(of).sum()
 }
 
 /// The volume with each value averaged with those around it, over a node in standard deviation. Values that

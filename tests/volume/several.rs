@@ -96,11 +96,14 @@ fn isosurfaces_that_touch_are_refused() {
 }
 
 #[test]
-fn all_values_are_smoothed_alike_with_a_warning_for_each() {
+fn much_noise_at_one_value_is_smoothed_with_a_warning_and_at_several_it_stays() {
     let place = Place::new();
     std::fs::write(place.path("noisy.npy"), npy(&noisy_ball())).unwrap();
-    let (_, told) = place.run("remesh noisy.npy out.ply -n 800 --iso=-2,2");
-    let widths: Vec<&str> =
-        told.split("smoothed over ").skip(1).filter_map(|text| text.split(' ').next()).collect();
-    assert!(matches!(widths[..], [one, two] if one == two), "{told}");
+    let (_, told) = place.run("remesh noisy.npy out.ply -n 800 --iso 1");
+    assert!(told.contains("warning: noise gave the isosurface at 1 too many handles"), "{told}");
+    assert_eq!(topology(&read(place.path("out.ply")).unwrap().mesh).genus, Some(0));
+    // Both surfaces keep all their handles.
+    let refused = place.program("remesh noisy.npy out.ply -n 800 --iso 1,11").assert().code(2);
+    let too_few = predicate::str::contains("vertices are too few");
+    refused.stderr(too_few.and(predicate::str::contains("smoothed").not()));
 }

@@ -237,7 +237,7 @@ impl Attempts<'_> {
             return with_local_operations(&mut runner);
         }
         let first = match runner.attempt(&model, vertices, seed) {
-            // There are too few for the curves.
+            // There are too few vertices for the curves.
             Err(Error::Usage { .. }) if self.context.may_simplify() => {
                 return with_local_operations(&mut runner);
             }
@@ -256,11 +256,10 @@ impl Attempts<'_> {
         self.accepted(outcome)
     }
 
-    /// Whether there are so few vertices for the handles and loops that cells would hardly have them, and
-    /// none may be added: local operations tell how many there must be.
+    /// Whether the vertices are fewer than handles and loops need. Cells would fail; local operations say how
+    /// many are needed.
     fn is_little_for_topology(&self, vertices: usize) -> bool {
-        let may_add = self.context.options.shortage == Shortage::AddVertices;
-        !may_add && self.context.may_simplify() && vertices < self.context.input.vertices_needed()
+        self.context.may_simplify() && vertices < self.context.input.vertices_needed()
     }
 
     /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.
