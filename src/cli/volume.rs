@@ -168,8 +168,6 @@ impl VolumeArgs {
             found.push((*iso, surface));
         }
         let mut warnings = coarse_warning(found.iter().map(|(_, surface)| surface.step).max().unwrap_or(1));
-        let smoothed: Vec<_> =
-            found.iter().filter_map(|(iso, surface)| smoothed_warning(*iso, surface)).collect();
         let (mesh, attributes, rim) = if found.len() > 1 {
             let joined = join(found).map_err(|error| match warnings.is_empty() {
                 true => error,
@@ -178,11 +176,11 @@ impl VolumeArgs {
             let JoinedSurfaces { mesh, attributes, rim } = joined?;
             (mesh, attributes, rim)
         } else {
-            let only = found.pop().map(|(_, surface)| (surface.mesh, surface.rim));
-            let (mesh, rim) = only.unwrap_or_default();
+            let only = found.pop();
+            warnings.extend(only.as_ref().and_then(|(iso, surface)| smoothed_warning(*iso, surface)));
+            let (mesh, rim) = only.map(|(_, surface)| (surface.mesh, surface.rim)).unwrap_or_default();
             (mesh, Attributes::default(), rim)
         };
-        warnings.extend(smoothed);
         let loaded = Loaded { mesh, attributes, notes, warnings, unread_images: 0 };
         Ok(VolumeSurface { loaded, rim })
     }

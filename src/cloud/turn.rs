@@ -223,6 +223,24 @@ fn slope_of(r: DVec3, moment: DVec3, soft: f64) -> DVec3 {
 mod tests {
     use super::*;
     use crate::mesh::samples::sample;
+    use crate::sites::morton::morton_order;
+
+    struct Sphere {
+        /// In Morton order.
+        points: Vec<DVec3>,
+        spacing: Vec<f64>,
+        /// Normals.
+        outward: Vec<DVec3>,
+    }
+
+    fn sphere() -> Sphere {
+        let mesh = sample("sphere").unwrap();
+        let order = morton_order(&mesh.vertices);
+        let points: Vec<DVec3> = order.iter().map(|i| mesh.vertices[*i as usize]).collect();
+        let spacing = vec![(mesh.area() / points.len() as f64).sqrt(); points.len()];
+        let outward = points.iter().map(|p| p.normalize()).collect();
+        Sphere { points, spacing, outward }
+    }
 
     #[test]
     fn all_points_are_visited_once_and_far_ones_together() {
@@ -243,11 +261,7 @@ mod tests {
 
     #[test]
     fn a_cap_of_a_sphere_that_points_inwards_is_turned() {
-        let sphere = sample("sphere").unwrap();
-        let order = crate::sites::morton::morton_order(&sphere.vertices);
-        let points: Vec<DVec3> = order.iter().map(|i| sphere.vertices[*i as usize]).collect();
-        let spacing = vec![(sphere.area() / points.len() as f64).sqrt(); points.len()];
-        let outward: Vec<DVec3> = points.iter().map(|p| p.normalize()).collect();
+        let Sphere { points, spacing, outward } = sphere();
         let is_cap = |n: &DVec3| n.z > 0.6;
         let pieces: Vec<u32> = outward.iter().map(|n| u32::from(is_cap(n))).collect();
         let mut normals: Vec<DVec3> = outward.iter().map(|n| if is_cap(n) { -*n } else { *n }).collect();
@@ -259,11 +273,7 @@ mod tests {
 
     #[test]
     fn strengths_after_turns_are_those_of_the_turned_pieces() {
-        let sphere = sample("sphere").unwrap();
-        let order = crate::sites::morton::morton_order(&sphere.vertices);
-        let points: Vec<DVec3> = order.iter().map(|i| sphere.vertices[*i as usize]).collect();
-        let spacing = vec![(sphere.area() / points.len() as f64).sqrt(); points.len()];
-        let mut normals: Vec<DVec3> = points.iter().map(|p| p.normalize()).collect();
+        let Sphere { points, spacing, outward: mut normals } = sphere();
         let cap = |side: DVec3| -> Vec<u32> {
             (0..points.len() as u32).filter(|i| normals[*i as usize].dot(side) > 0.8).collect()
         };
@@ -271,11 +281,8 @@ mod tests {
         let dipoles = Dipoles { points: &points, spacing: &spacing, pieces: &[] };
         let progress = ProgressToken::default();
         let before = dipoles.strengths(&pieces, &normals, &progress).unwrap();
-        let turned: Vec<u32> = {
-            let mut both = [&pieces[0][..], &pieces[1]].concat();
-            both.sort_unstable();
-            both
-        };
+        let mut turned = pieces[..2].concat();
+        turned.sort_unstable();
         let of_turned = dipoles.hierarchy(&turned, &normals);
         let after: Vec<Strength> =
             (0..3).map(|k| before[k].after(dipoles.pull(&pieces[k], &of_turned, &normals), k < 2)).collect();

@@ -234,11 +234,13 @@ impl Attempts<'_> {
             self.accepted(outcome)
         };
         if self.is_little_for_topology(vertices) {
+            drop(model);
             return with_local_operations(&mut runner);
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
             Err(Error::Usage { .. }) if self.context.may_simplify() => {
+                drop(model);
                 return with_local_operations(&mut runner);
             }
             first => first?,
