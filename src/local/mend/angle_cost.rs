@@ -1,6 +1,7 @@
 //! What small and large angles cost.
 
 use glam::DVec3;
+use std::cmp::Reverse;
 use std::f64::consts::PI;
 
 use crate::local::star_mesh::StarMesh;
@@ -105,6 +106,12 @@ impl AngleCost {
             }
         }
         (sum < most).then_some(sum)
+    }
+
+    /// Sorts the sides around a vertex by what the triangles between them and `at` cost, so that
+    /// [`AngleCost::around_below`] needs few of them to refuse most other positions.
+    pub fn sort_dearest_first(&self, sides: &mut [[DVec3; 2]], at: DVec3) {
+        sides.sort_by_cached_key(|[p, q]| Reverse(self.of([at, *p, *q]).to_bits()));
     }
 
     /// What the triangles between a vertex at `to` and these sides around it cost.

@@ -118,7 +118,8 @@ pub fn mend_angles(
         let is_at_curve = triangle.iter().any(|v| local.fixed.get(*v as usize).is_some_and(|fixed| *fixed));
         cost.rank(local.mesh.corners(t), is_at_curve).is_some()
     };
-    if options.min_angle == 0.0 || !local.mesh.triangles.par_iter().enumerate().any(is_bad) {
+    let has_bad = || local.mesh.triangles.par_iter().enumerate().any(is_bad);
+    if options.min_angle == 0.0 || !has_bad() || progress.leave_out() {
         return Ok(Mended::default());
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();

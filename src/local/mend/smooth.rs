@@ -7,8 +7,20 @@ use super::angle_cost::sides_around;
 use crate::local::curve_edges::CurvePart;
 use crate::local::star_mesh::{Place, StarMesh};
 
-/// Directions that are tried from a position.
-const DIRECTIONS: u32 = 8;
+/// Directions that are tried from a position, as cosines and sines.
+const DIRECTIONS: [[f64; 2]; 8] = {
+    const HALF: f64 = std::f64::consts::FRAC_1_SQRT_2;
+    [
+        [1.0, 0.0],
+        [HALF, HALF],
+        [0.0, 1.0],
+        [-HALF, HALF],
+        [-1.0, 0.0],
+        [-HALF, -HALF],
+        [0.0, -1.0],
+        [HALF, -HALF],
+    ]
+};
 /// First trial steps over the shortest edge, halved between series of trials.
 const FIRST_STEP: f64 = 0.24;
 const SERIES: u32 = 4;
@@ -44,11 +56,12 @@ impl Mending<'_> {
 
     fn move_inside(&self, mesh: &mut StarMesh, v: u32) -> bool {
         let here = mesh.points[v as usize];
-        let sides = sides_around(mesh, v);
+        let mut sides = sides_around(mesh, v);
         let start = self.cost.around(&sides, here);
         if start < MIN_GAIN {
             return false;
         }
+        self.cost.sort_dearest_first(&mut sides, here);
         let (normal, left) = mesh.normal(v);
         if left < TIP {
             return false;
@@ -60,8 +73,7 @@ impl Mending<'_> {
         let mut step = FIRST_STEP * lengths.fold(f64::INFINITY, f64::min);
         let (mut to, mut best) = (here, start);
         for _ in 0..SERIES {
-            for k in 0..DIRECTIONS {
-                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(DIRECTIONS)).sin_cos();
+            for [cos, sin] in DIRECTIONS {
                 let trial = to + (across * cos + along * sin) * step;
                 if let Some(reached) = self.cost.around_below(&sides, trial, best) {
                     (to, best) = (trial, reached);
@@ -104,11 +116,13 @@ impl Mending<'_> {
     }
 
     fn move_along(&self, mesh: &mut StarMesh, v: u32) -> bool {
-        let sides = sides_around(mesh, v);
-        let start = self.cost.around(&sides, mesh.points[v as usize]);
+        let here = mesh.points[v as usize];
+        let mut sides = sides_around(mesh, v);
+        let start = self.cost.around(&sides, here);
         if start < MIN_GAIN {
             return false;
         }
+        self.cost.sort_dearest_first(&mut sides, here);
         let Some([(w, there), (x, other)]) = mesh.parts_at(v) else { return false };
         if there.curve != other.curve {
             return false;
