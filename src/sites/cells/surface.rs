@@ -2,8 +2,10 @@
 
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{edge_key, next, twins};
+use crate::mesh::triangle::closest_on_triangle;
 use crate::sites::place::Place;
-use glam::DVec3;
+use glam::{DVec3, DVec4};
+use std::sync::OnceLock;
 
 /// The surface with the connectivity that cells need.
 pub struct CellSurface<'a> {
@@ -15,6 +17,8 @@ pub struct CellSurface<'a> {
     /// One a triangle; empty if there is one patch.
     pub(crate) patches: &'a [u32],
     pub(crate) has_boundary: bool,
+    /// See [`CellSurface::is_within`].
+    balls: OnceLock<Vec<DVec4>>,
 }
 
 /// Sites on the surface.
@@ -44,7 +48,8 @@ impl<'a> CellSurface<'a> {
     pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
         let twins = twins(triangles);
         let has_boundary = twins.contains(&NONE);
-        Self { vertices, triangles, normals, twins, patches: &[], has_boundary }
+        let balls = OnceLock::new();
+        Self { vertices, triangles, normals, twins, patches: &[], has_boundary, balls }
     }
 
     /// The same surface cut along curves: `curves` tells of each half-edge `3 * triangle + side` whether it
@@ -74,6 +79,31 @@ impl<'a> CellSurface<'a> {
 
     pub(crate) fn corners(&self, t: u32) -> [DVec3; 3] {
         self.triangles[t as usize].map(|v| self.vertices[v as usize])
+    }
+
+    /// Whether a triangle comes within this distance of a point. For most triangles their centres tell, with
+    /// the radii around them that hold their corners, which takes one look at memory instead of three.
+    pub(crate) fn is_within(&self, distance: f64, at: DVec3, t: u32) -> bool {
+        // By one thread: one that waits for others may take up a cell, which would wait for this.
+        let ball =
+            self.balls.get_or_init(|| (0..self.triangles.len() as u32).map(|t| self.ball(t)).collect());
+        let ball = ball[t as usize];
+        let from_centre = ball.truncate().distance_squared(at);
+        if from_centre <= distance * distance {
+            return true;
+        }
+        let is_near = |p: DVec3| p.distance_squared(at) <= distance * distance;
+        let corners = self.corners(t);
+        from_centre <= (distance + ball.w).powi(2)
+            && (corners.into_iter().any(is_near) || is_near(closest_on_triangle(at, corners).point))
+    }
+
+    fn ball(&self, t: u32) -> DVec4 {
+        let corners = self.corners(t);
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let radius_sq = corners.iter().map(|p| p.distance_squared(centre)).fold(0.0, f64::max);
+        // Rounded up, so that the corners are inside.
+        centre.extend(radius_sq.sqrt() * (1.0 + 1e-9))
     }
 
     /// The points that a half-edge runs from and to.

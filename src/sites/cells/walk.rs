@@ -6,7 +6,6 @@ use super::sectors::{Sectors, sites_by_triangle};
 use super::surface::{CellSites, CellSurface};
 use crate::mesh::csr::Csr;
 use crate::mesh::kd_tree::KdTree;
-use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 use rayon::prelude::*;
 use smallvec::SmallVec;
@@ -420,11 +419,8 @@ impl Walk {
             self.flooded.insert(*t);
         });
         let mut reached = Vec::new();
-        let is_near = |p: DVec3| p.distance_squared(at) <= reach * reach;
         while let Some(t) = stack.pop() {
-            let corners = surface.corners(t);
-            // Mostly a corner is near, and then the point closest to the site need not be known.
-            if !corners.into_iter().any(is_near) && !is_near(closest_on_triangle(at, corners).point) {
+            if !surface.is_within(reach, at, t) {
                 continue;
             }
             reached.extend_from_slice(scene.by_triangle.of(t));
