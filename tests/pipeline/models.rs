@@ -1,6 +1,8 @@
 //! Whole runs on the built-in models.
 
+use crate::support::shapes::{cube, moved, prism, regular, union};
 use crate::support::{assert_valid, device, faults};
+use rtfmesh::glam::DVec3;
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -184,4 +186,19 @@ fn the_summary_tells_where_the_time_went() {
     assert!(untimed.summary.timings.stages.iter().all(|s| s.milliseconds.is_none()), "nobody asked");
     assert!(result.summary.timings.peak_device_bytes > 0);
     assert_eq!(result.summary.steps.len(), 7);
+}
+
+#[test]
+fn a_thin_pin_beside_a_large_part_has_no_needles() {
+    let block = moved(&cube(), |p| 30.0 * p);
+    let outline: Vec<[f64; 2]> = regular(48).into_iter().map(|p| p.map(|x| 0.5 * x)).collect();
+    let pin = prism(&outline, 10.0);
+    let input = union(&block, &moved(&pin, |p| p - 20.0 * DVec3::X));
+    for vertices in [500, 1500] {
+        let result = run(&input, &Options::new(vertices));
+        let quality = &result.summary.output.quality;
+        assert_eq!(result.mesh.vertices.len(), vertices);
+        // 16 and 17 degrees if what counts as sharp on the pin depends on the edges of the block.
+        assert!(quality.min_angle > 30.0, "{vertices}: {quality:?}");
+    }
 }

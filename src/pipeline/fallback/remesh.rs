@@ -8,6 +8,7 @@ use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::quality::quality;
 use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
 use crate::mesh::sizing::SizeField;
+use crate::mesh::spacing;
 use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
@@ -22,6 +23,7 @@ use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::cell::OnceCell;
+use std::cmp::Ordering;
 
 /// What is to be made of a component, and how.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +39,7 @@ pub(crate) struct ComponentTarget<'a> {
     pub min_angle: f64,
     /// Whether the mesh is smoothed in the end.
     pub smooths: bool,
-    /// Edge length of the whole mesh.
+    /// Edge length of the whole mesh, or of a component that has shorter ones.
     pub spacing: f64,
     /// From the input's units to those of the component.
     pub frame: &'a UnitFrame,
@@ -105,6 +107,10 @@ const RINGS: u32 = 2;
 /// A simplified mesh with more vertices, and more than twice those asked for, is not polished, since it tells
 /// only how many there must be.
 const FEW: usize = 1000;
+/// Edges of a component's own length count if they are shorter than this share of the whole mesh's.
+const FINER: f64 = 0.9;
+/// One made for the longer ones must have a smallest angle so many degrees larger.
+const GAIN: f64 = 5.0;
 /// A small mesh whose smallest angle is below this many degrees before the polish is made again, gradually.
 const POOR: f64 = 25.0;
 /// Meshes with more vertices are not, since that takes too long.
@@ -119,7 +125,8 @@ const MORE_ROUNDS: u32 = 10;
 
 /// A remeshed and polished mesh with the target number of vertices, or more if the topology needs more; where
 /// that fails or takes too long, a simplified one. `lengths` are relative target edge lengths at the
-/// vertices; empty if they are all equal.
+/// vertices; empty if they are all equal. A component with more vertices than its area's share is made for
+/// edges of its own length; if that fails or makes small angles, also for those of the whole mesh.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -128,6 +135,30 @@ pub(crate) fn remesh_component(
     lengths: &[f64],
     target: &ComponentTarget,
 ) -> Result<TriMesh> {
+    // Edges of the whole mesh's length hide what is sharp on a small component, and make needles there.
+    let own = ComponentTarget { spacing: spacing(surface.area(), target.vertices), ..*target };
+    let is_finer = own.spacing > 0.0 && own.spacing < FINER * target.spacing;
+    // Relative lengths make up for their mean.
+    if !is_finer || !lengths.is_empty() || target.closely {
+        return make_component(surface, lengths, target);
+    }
+    let first = make_component(surface, lengths, &own)?;
+    let smallest = |mesh: &TriMesh| quality(mesh).map_or(0.0, |quality| quality.min_angle);
+    let has_count = first.vertices.len() == target.vertices;
+    let is_enough = has_count && (smallest(&first) >= POOR || target.vertices > MOST_GRADUAL);
+    if is_enough || target.progress.leave_out() {
+        return Ok(first);
+    }
+    let second = make_component(surface, lengths, target)?;
+    let is_better = match second.vertices.len().cmp(&first.vertices.len()) {
+        Ordering::Equal => smallest(&second) >= smallest(&first) + GAIN,
+        order => order == Ordering::Less,
+    };
+    Ok(if is_better { second } else { first })
+}
+
+/// The component with the edge length of the target.
+fn make_component(surface: &TriMesh, lengths: &[f64], target: &ComponentTarget) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
     let mut mesh = match remesh_locally(surface, lengths, target, progress)? {
