@@ -111,3 +111,17 @@ fn it_can_be_cancelled_in_any_run() {
         assert!(matches!(result, Err(Error::Cancelled)), "attempt {attempt}");
     }
 }
+
+#[test]
+fn a_run_that_finishes_early_tells_its_own_distance() {
+    let input = sample("genus3").unwrap();
+    let mut finish = |_| Flow::Finish;
+    let result = remesh_with_progress(device(), &input, &within(0.5), &mut finish).unwrap();
+    assert_valid(device());
+    let found = result.summary.deviation.unwrap();
+    assert!(result.summary.finished_early && found.runs == 1, "{found:?}");
+    // The result's own distance is told all the same.
+    let reached = deviation(&result.mesh, &input);
+    assert!(found.reached >= reached, "{reached} {found:?}");
+    assert!(found.enough.is_none(), "nobody knows: {found:?}");
+}

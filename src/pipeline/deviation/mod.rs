@@ -16,9 +16,9 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Length;
 use crate::pipeline::prepare::repaired_for;
 use crate::progress::ProgressReporter;
-use crate::{Error, Result, TriMesh};
+use crate::{Error, ProgressToken, Result, TriMesh};
 use lengths::Lengths;
-use measured::{Depth, Reference};
+use measured::{Depth, Measured, Reference};
 use serde::Serialize;
 
 /// Number of first runs, in which no vertices are inserted, since edge lengths still change much.
@@ -59,7 +59,9 @@ impl DeviationSummary {
         let Self { asked, reached, enough, .. } = self;
         let remedy = match vertices {
             0 => String::new(),
-            _ => format!(": about {} vertices would reach it", (*enough)?),
+            _ => {
+                enough.map_or_else(String::new, |enough| format!(": about {enough} vertices would reach it"))
+            }
         };
         let problem =
             format!("the deviation is {reached:.4} % of the input's diagonal instead of {asked:.4} %");
@@ -73,7 +75,7 @@ pub(super) struct Course {
     /// In diagonals; `None` if there is none.
     most: Option<f64>,
     runs: u32,
-    enough: usize,
+    enough: Option<usize>,
 }
 
 impl Course {
@@ -82,7 +84,7 @@ impl Course {
         let asked = 100.0 * self.most?;
         let reached = distances.map_or(f64::INFINITY, |distances| distances.hausdorff);
         let is_reached = reached <= asked;
-        let enough = (!is_reached).then_some(self.enough);
+        let enough = self.enough.filter(|_| !is_reached);
         Some(DeviationSummary { asked, reached, is_reached, runs: self.runs, enough })
     }
 }
@@ -94,22 +96,31 @@ struct Candidate {
     /// Triangles with an angle below the least one.
     small: usize,
     upper: f64,
-    enough: usize,
+    enough: Option<usize>,
 }
 
 impl Candidate {
+    /// One of which nothing is known but its mesh, in the unit of the surface.
+    fn unmeasured(made: Made, mesh: &TriMesh) -> Self {
+        Self { made, vertices: mesh.vertices.len(), small: 0, upper: f64::INFINITY, enough: None }
+    }
+
+    fn has_fault(&self) -> bool {
+        self.made.outcome.fault.is_some()
+    }
+
     fn cost(&self) -> usize {
         self.vertices + VERTICES_PER_ANGLE * self.small
     }
 
     /// Whether it is close enough and has no fault.
     fn is_good(&self, most: f64) -> bool {
-        self.upper <= most && self.made.outcome.fault.is_none()
+        self.upper <= most && !self.has_fault()
     }
 
     /// Whether it is better than another one: without a fault, close enough with fewer vertices, or closer.
     fn is_better_than(&self, other: &Self, most: f64) -> bool {
-        let [fault, other_fault] = [self, other].map(|of| of.made.outcome.fault.is_some());
+        let [fault, other_fault] = [self, other].map(Self::has_fault);
         if fault != other_fault {
             return other_fault;
         }
@@ -165,12 +176,18 @@ pub(super) fn make_within(
         let made = make(device, run, progress, clock)?;
         attempts = made.outcome.attempts;
         let result = made.unit_mesh();
-        let (mut found, upper) = progress.during(|progress| {
-            let found = reference.measured(&result, &lengths.values, Depth::Coarse, progress)?;
-            Ok((found, reference.largest(&result, progress)?.upper))
-        })?;
+        let measured =
+            progress.during(|progress| measure_for_next(&reference, &result, &lengths, progress))?;
         clock.end_phase("deviation");
-        let enough = lengths.enough(&result, &found).ceil() as usize;
+        runs += 1;
+        let Some((mut found, upper)) = measured else {
+            let now = Candidate::unmeasured(made, &result);
+            // Its lengths were corrected once more, so that it is closer than one that is not close enough.
+            let stays = |best: &Candidate| best.is_good(used) || !best.has_fault() && now.has_fault();
+            best = best.filter(stays).or(Some(now));
+            break;
+        };
+        let enough = Some(lengths.enough(&result, &found).ceil() as usize);
         // Stretched triangles have small angles by design.
         let small = match method.sizing.aspect() {
             Some(_) => Vec::new(),
@@ -185,8 +202,7 @@ pub(super) fn make_within(
         // Where curves come close to each other, shorter edges make better angles.
         let narrow = small.iter().filter(|(_, place)| *place != SmallAnglePlace::Corner);
         narrow.for_each(|(t, _)| found.of_face[*t].distance = found.of_face[*t].distance.max(NARROW * most));
-        lengths.follow(&result, &found, runs, if is_free { 0 } else { options.vertices });
-        runs += 1;
+        lengths.follow(&result, &found, runs - 1, if is_free { 0 } else { options.vertices });
         let is_enough = upper <= used && !is_free;
         if is_enough || !gains || progress.leave_out() {
             break;
@@ -194,6 +210,21 @@ pub(super) fn make_within(
     }
     let Some(best) = best else { return Err(Error::Internal("no run was made".to_owned())) };
     Ok((best.made, Course { most: Some(most), runs, enough: best.enough }))
+}
+
+/// What is measured of a mesh for the next run, and the largest distance; `None` if the work is to finish
+/// early, since no other run follows then.
+fn measure_for_next(
+    reference: &Reference,
+    mesh: &TriMesh,
+    lengths: &Lengths,
+    progress: &ProgressToken,
+) -> Result<Option<(Measured, f64)>> {
+    let measure = |progress: &ProgressToken| {
+        let found = reference.measured(mesh, &lengths.values, Depth::Coarse, progress)?;
+        Ok(Some((found, reference.largest(mesh, progress)?.upper)))
+    };
+    progress.or_rough(measure, |_| Ok(None))
 }
 
 /// A number of vertices.
