@@ -14,6 +14,11 @@ const MOST_SHORT: f64 = 0.2;
 /// Short curves do not count if they are fewer than this fraction of the level's sites.
 const FEW_SHORT: f64 = 0.01;
 
+/// Longer spacings that are looked at where that of a number of sites does not do, each by this factor.
+const LONGER: f64 = 1.02;
+/// How many of them.
+const LONGER_SPACINGS: i32 = 24;
+
 /// Sites of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LevelPlan {
@@ -25,7 +30,7 @@ pub(crate) struct LevelPlan {
     pub is_finest: bool,
     /// Of those that are not interior, the user's points.
     pub points: usize,
-    /// Edge length of a perfect layout.
+    /// Edge length of a perfect layout; somewhat longer where curves would get too many sites.
     pub spacing: f64,
 }
 
@@ -78,10 +83,10 @@ pub(crate) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<L
 }
 
 fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> {
-    let plan = even(curves, area, count);
-    if fits(&plan) {
+    if let Some(plan) = fitting(curves, area, count) {
         return Ok(plan);
     }
+    let plan = even(curves, area, count);
     Err(Error::usage(
         format!(
             "sharp edges and boundaries need {} vertices, which leaves too few of {count} for the rest",
@@ -94,12 +99,29 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     ))
 }
 
+/// The level of `count` sites, if that leaves enough besides those on curves. Curves of one length all get
+/// another site at once, so that a somewhat smaller number may leave enough where this one does not: then as
+/// many sites on curves do.
+fn fitting(curves: &SurfaceCurves, area: f64, count: usize) -> Option<LevelPlan> {
+    let plan = even(curves, area, count);
+    let longer = |k: i32| {
+        let spacing = plan.spacing * LONGER.powi(k);
+        let on = curves.count(spacing);
+        let kept = on.sites + plan.points;
+        // As many sites cover the area evenly with this spacing.
+        let fewer = area / (0.75_f64.sqrt() * spacing * spacing) + on.sites as f64 - 0.5 * on.sides as f64;
+        let fits = kept as f64 <= MOST_ON_CURVES * fewer.min(count as f64);
+        fits.then(|| LevelPlan { sites: count, interior: count - kept, spacing, ..plan })
+    };
+    if fits(&plan) { Some(plan) } else { (1..=LONGER_SPACINGS).find_map(longer) }
+}
+
 /// `count`, or the least larger count that leaves enough sites besides those on curves.
 pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     // Each corner has a site, whatever the spacing.
     let least = ((curves.corners.len() + curves.points.len()) as f64 / MOST_ON_CURVES) as usize;
     let count = count.max(least);
-    let needed = |n: usize| fits(&even(curves, area, n));
+    let needed = |n: usize| fitting(curves, area, n).is_some();
     let mut high = count.max(1);
     while !needed(high) && high < usize::MAX / 4 {
         high *= 2;
@@ -116,7 +138,7 @@ pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     high
 }
 
-/// Whether `count` leaves enough sites besides those on curves.
+/// Whether `count` leaves enough sites besides those on curves, with edges of one length.
 pub(crate) fn leaves_enough(curves: &SurfaceCurves, area: f64, count: usize) -> bool {
     fits(&even(curves, area, count))
 }
@@ -228,6 +250,47 @@ mod tests {
         let enough = enough(&curves, mesh.area(), 800);
         let on = |n: usize| 1.0 - even(&curves, mesh.area(), n).interior as f64 / n as f64;
         assert!(enough > 1_000_000 && on(enough) <= MOST_ON_CURVES && on(enough - 1) > MOST_ON_CURVES);
+    }
+
+    /// A sheet of squares with curves around each, all of one length.
+    fn chequered_sheet(squares: usize) -> (TriMesh, SurfaceCurves) {
+        let (cells, row) = (4 * squares, 4 * squares + 1);
+        let at = |k: usize| glam::DVec3::new((k % row) as f64, (k / row) as f64, 0.0) / cells as f64;
+        let mut mesh = TriMesh { vertices: (0..row * row).map(at).collect(), ..TriMesh::default() };
+        let mut options = FeatureOptions::new(0.1 / squares as f64);
+        for k in (0..row * row).map(|k| k as u32) {
+            let (x, y, row) = (k as usize % row, k as usize / row, row as u32);
+            if x < cells && y < cells {
+                mesh.triangles.extend([[k, k + 1, k + row], [k + 1, k + row + 1, k + row]]);
+            }
+            if x < cells && y % 4 == 0 {
+                options.user_edges.push([k, k + 1]);
+            }
+            if y < cells && x % 4 == 0 {
+                options.user_edges.push([k, k + row]);
+            }
+        }
+        let found = find_features(&mesh, &options).unwrap();
+        let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found).unwrap();
+        (mesh, curves)
+    }
+
+    #[test]
+    fn more_sites_never_leave_too_few_for_the_rest() {
+        // Where the curves get their second site, far more are on curves than before.
+        let (mesh, curves) = chequered_sheet(12);
+        let extent = Extent { area: mesh.area(), euler: 1, curves: Some(&curves) };
+        let counts: Vec<usize> = (100..3000).step_by(20).collect();
+        let alone: Vec<bool> = counts.iter().map(|n| fits(&even(&curves, mesh.area(), *n))).collect();
+        assert!(!alone.is_sorted(), "no such case: {alone:?}");
+        let found: Vec<bool> = counts.iter().map(|n| levels(&extent, *n, 300).is_ok()).collect();
+        assert!(found.is_sorted() && !found[0], "{found:?}");
+        assert_eq!(found.iter().position(|is| *is), alone.iter().position(|is| *is));
+        for ((n, alone), _) in counts.into_iter().zip(alone).zip(found).filter(|(_, found)| *found) {
+            let last = *levels(&extent, n, 300).unwrap().last().unwrap();
+            let kept = curves.count(last.spacing).sites;
+            assert_eq!((last.sites, last.interior + kept), (n, n), "{alone}");
+        }
     }
 
     #[test]
