@@ -99,11 +99,15 @@ impl AttributeArgs {
         }
         if let Some(names) = &self.keep_labels {
             let borders = borders(names, mesh, attributes)?;
+            let others = unnamed_numbers(names, attributes);
             if borders.is_empty() {
-                notes.add(match attributes.face.iter().any(|own| own.role == Role::Label) {
-                    true => "--keep-labels has no effect: all neighbouring triangles have the same labels",
-                    false => "--keep-labels has no effect: the input has no labels",
-                });
+                let why = match attributes.face.iter().any(|own| own.role == Role::Label) {
+                    true => "all neighbouring triangles have the same labels",
+                    false => "the input has no labels",
+                };
+                notes.add(format!("--keep-labels has no effect: {why}{others}"));
+            } else if !others.is_empty() {
+                notes.add(format!("--keep-labels keeps the borders of labels{others}"));
             }
             options.coarse_to_fine.label_borders = borders;
             if let Some(edges) = self.smooth_labels {
@@ -132,6 +136,19 @@ impl AttributeArgs {
         let text = "the texture is not kept: --keep-uv keeps it and puts vertices on its seams";
         is_lost.then(|| text.to_owned())
     }
+}
+
+/// What to say of whole numbers that are no labels, since they number the triangles, if there are any and no
+/// names were given.
+fn unnamed_numbers(names: &[String], attributes: &Attributes) -> String {
+    let is_number = |own: &&Attribute| own.role == Role::Other && own.kind.range().is_some();
+    let single = attributes.face.iter().filter(|own| own.components == 1);
+    let others: Vec<&str> = single.filter(is_number).map(|own| own.name.as_str()).collect();
+    if others.is_empty() || !names.iter().all(String::is_empty) {
+        return String::new();
+    }
+    let others = others.join(",");
+    format!("; {others} counts only if it is named: --keep-labels={others}")
 }
 
 /// The half-edges between values of faces with these names; between all labels if there is none.

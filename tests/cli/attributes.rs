@@ -136,6 +136,33 @@ fn borders_of_named_values_alone_are_kept() {
 }
 
 #[test]
+fn numbers_of_triangles_are_no_labels_unless_named() {
+    let (place, mesh) = place();
+    let own = |name: &str, of: fn(usize) -> f64| {
+        let values = (0..mesh.triangles.len()).map(of).collect();
+        Attribute::new(name, Role::Label, Kind::U32, 1, values)
+    };
+    let face = vec![own("half", |t| (t / 6) as f64), own("id", |t| t as f64)];
+    let attributes = Attributes { face, ..Default::default() };
+    Writer::new().attributes(&attributes).write(place.path("ids.ply"), &mesh).unwrap();
+    let line = "remesh ids.ply out.ply -n 300 --iterations 2 --feature-angle 180 --report r.json";
+    let run = |labels: &str| {
+        let (_, notes) = place.run(&format!("{line} {labels}"));
+        let report: serde_json::Value =
+            serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
+        (report["options"]["coarse_to_fine"]["label_borders"].as_u64().unwrap(), notes)
+    };
+    let (all, notes) = run("--keep-labels");
+    let said = "keeps the borders of labels; id counts only if it is named: --keep-labels=id";
+    assert!(notes.contains(said), "{notes}");
+    let (half, quiet) = run("--keep-labels=half");
+    assert!(!quiet.contains("keep-labels"), "{quiet}");
+    // Every edge, those across the sides of the box among them.
+    assert_eq!((all, run("--keep-labels=id").0), (half, 36));
+    assert!(half < 24, "{half}");
+}
+
+#[test]
 fn batches_carry_over_and_inspect_lists() {
     let (place, _) = place();
     place.run("batch in.ply --out done -n 300 --iterations 2 --format obj --keep-labels -q");

@@ -6,7 +6,7 @@ use super::write::type_name;
 use crate::TriMesh;
 use crate::grammar::counted;
 use crate::io::checks::excerpt;
-use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role, are_numbers_of_triangles};
 
 /// Names of properties that make up one attribute.
 const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
@@ -195,7 +195,8 @@ pub(crate) fn build_attributes(
         Some(CornerUv { kind, values: lists.corners })
     });
     let face_role = |column: &Column| {
-        if column.kind.range().is_some() { Role::Label } else { Role::Other }
+        let is_label = column.kind.range().is_some() && !are_numbers_of_triangles(&column.values);
+        if is_label { Role::Label } else { Role::Other }
     };
     Attributes {
         vertex: join_attributes(vertex, |_| Role::Other),

@@ -8,7 +8,7 @@ use crate::Result;
 use crate::grammar::counted;
 use crate::io::checks::{excerpt, reserve};
 use crate::io::volumes::raw::Number;
-use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role, are_numbers_of_triangles};
 
 /// The name of the array that has the texture coordinates of a triangle's three corners, where corners at a
 /// point differ. VTK itself has them for points alone.
@@ -82,8 +82,10 @@ pub(super) fn read_attributes(
             continue;
         }
         // A number for each cell would put a border around each of them.
-        let names_cells = column.purpose == Purpose::Ids || column.name.starts_with("vtk");
         let is_whole = column.kind.range().is_some() && column.components == 1;
+        let names_cells = column.purpose == Purpose::Ids
+            || column.name.starts_with("vtk")
+            || (is_whole && are_numbers_of_triangles(&column.values));
         let role = if is_whole && !names_cells { Role::Label } else { Role::Other };
         taken.add(column, role, &mut attributes.face);
     }

@@ -16,6 +16,7 @@ pub use skin::{Influences, Skin};
 pub use textures::{Alpha, Textures};
 pub use transfer::transfer;
 
+use rayon::prelude::*;
 use std::path::PathBuf;
 
 use super::TriMesh;
@@ -101,6 +102,24 @@ pub struct Attribute {
     pub values: Vec<f64>,
     /// The names of labels, if they have any: that of label 0 first.
     pub names: Vec<String>,
+}
+
+/// Fewer triangles may each have a label of its own.
+const FEW_TRIANGLES: usize = 8;
+/// With at least this many triangles, a label has more than two of them on average.
+const MANY_TRIANGLES: usize = 100;
+
+/// Whether whole numbers number the triangles, or polygons that are two triangles each now: as labels they
+/// would have borders all over.
+pub(crate) fn are_numbers_of_triangles(values: &[f64]) -> bool {
+    let count = values.len();
+    if count < FEW_TRIANGLES {
+        return false;
+    }
+    let mut sorted: Vec<u64> = values.iter().map(|value| value.to_bits()).collect();
+    sorted.par_sort_unstable();
+    let distinct = sorted.chunk_by(|a, b| a == b).count();
+    distinct == count || (count >= MANY_TRIANGLES && 2 * distinct >= count)
 }
 
 impl Attribute {
