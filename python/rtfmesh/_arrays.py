@@ -83,6 +83,14 @@ def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> 
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def finite(array: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """The rows of an array, if all of their values are finite."""
+    if not np.isfinite(array).all():
+        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
+        raise InputError(f"`{name}` has a value in row {row} that is not finite; repair or remove such rows")
+    return array
+
+
 def indices(value: ArrayLike, name: str, columns: int, count: int) -> Faces:
     """Indices below `count` in contiguous uint32, this many in each row."""
     array = as_array(value, name)
@@ -113,5 +121,5 @@ def mesh_arrays(
     vertices: ArrayLike, faces: ArrayLike, names: tuple[str, str] = ("vertices", "faces")
 ) -> tuple[Vertices, Faces]:
     """Vertices (V, 3) and faces (F, 3), checked."""
-    positions = real_numbers(vertices, names[0], (None, 3))
+    positions = finite(real_numbers(vertices, names[0], (None, 3)), names[0])
     return positions, indices(faces, names[1], 3, len(positions))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._arrays import as_array, check_shape
+from ._arrays import as_array, check_shape, short
 from ._errors import InputError
 from ._native import Materials
 
@@ -26,6 +26,30 @@ MANY = 100
 WIDEST = 4
 
 Decode = Callable[[NDArray[np.float64]], NDArray[Any]]
+
+
+class Alias(str):
+    """The name that an array travels under, with what its owner calls it, which another array may be called.
+
+    Messages have the owner's name, and `keep_labels` knows both.
+    """
+
+    called: str
+
+    def __new__(cls, travels: str, called: str) -> Alias:
+        """Of both names."""
+        alias = super().__new__(cls, travels)
+        alias.called = called
+        return alias
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Makes copies."""
+        return Alias, (str(self), self.called)
+
+
+def called(name: str) -> str:
+    """What the owner of an array calls it."""
+    return name.called if isinstance(name, Alias) else name
 
 
 @dataclass(eq=False)
@@ -49,12 +73,35 @@ class Attributes:
     materials: Materials | None = None
     """What `read` found of materials, for `write`; opaque."""
 
+    def __post_init__(self) -> None:
+        self.check()
+
+    def check(self) -> None:
+        """Raises `InputError` for parts of another type; their arrays are checked where they are used."""
+        for part, given in (("vertex", self.vertex), ("face", self.face), ("label_names", self.label_names)):
+            if not isinstance(given, Mapping):
+                what = "lists of words" if part == "label_names" else "arrays"
+                raise InputError(f"`attributes.{part}` is {short(given)}; give a dict of {what} by name")
+        for name, words in self.label_names.items():
+            is_list = isinstance(words, (list, tuple, np.ndarray))
+            if not is_list or not all(isinstance(word, str) for word in words):
+                place = f"`attributes.label_names[{name!r}]`"
+                raise InputError(f"{place} is {short(words)}; give a list of what 0, 1, ... are called")
+        if not (self.materials is None or isinstance(self.materials, Materials)):
+            remedy = "give what rtfmesh.read has found, or None"
+            raise InputError(f"`attributes.materials` is {short(self.materials)}; {remedy}")
+
     @classmethod
     def of(cls, given: Attributes | Mapping[str, Any] | bool | None) -> Attributes:
-        """Attributes as an argument has them: these, a dict with the same keys, or None or False for none."""
-        if given is None or given is False:
+        """Attributes as an argument has them: these, or a dict with the same keys; else none.
+
+        Where an object brings its own, None and True are for those; who calls this knows of them.
+        """
+        if given is None or isinstance(given, bool):
             return cls()
         if isinstance(given, cls):
+            # They may have been changed since they were made.
+            given.check()
             return given
         if isinstance(given, Mapping):
             unknown = set(given) - set(cls.__dataclass_fields__)
@@ -65,6 +112,14 @@ class Attributes:
         raise InputError(
             "`attributes` is neither rtfmesh.Attributes nor a dict with keys such as 'vertex', 'face'"
         )
+
+
+def brings_own(attributes: Any) -> bool:
+    """Whether an object's arrays come along, as an argument `attributes` says that has no others."""
+    if attributes is None or isinstance(attributes, (bool, np.bool_)):
+        return attributes is None or bool(attributes)
+    remedy = "use True or False, and put other arrays into the object"
+    raise InputError(f"`attributes` is {short(attributes)}; {remedy}")
 
 
 @dataclass
@@ -102,6 +157,7 @@ def role(name: str, columns: int, dtype: np.dtype[Any]) -> str:
 
 def rows(value: Any, name: str, count: int, of: str) -> NDArray[Any]:
     """An attribute as an array with a row for each vertex or face."""
+    name = called(name)
     array = as_array(value, f"attributes.{of}['{name}']")
     if array.ndim == 0 or len(array) != count:
         have = f"shape {array.shape}, but there are {count} {'vertices' if of == 'vertex' else 'faces'}"
@@ -150,6 +206,9 @@ def as_label(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Col
     if array.ndim == 1 and array.dtype.name in KINDS and array.dtype.kind in "iu":
         return columns(name, array, names)
     values, own = numbered(array.reshape(len(array), -1) if array.ndim > 1 else array)
+    if array.dtype.kind == "O" and values is array:
+        text = "has values without an order, such as None beside words; give numbers or words alone"
+        raise InputError(f"`attributes.face['{called(name)}']` {text}")
     return [Column(name, "label", "uint32", 1, own, [])], [lambda found: values[found.astype(np.intp)]]
 
 
@@ -175,22 +234,27 @@ class Labels:
         if not keep:
             return None
         names = None if keep is True else list(keep)
-        unknown = [name for name in names or () if name not in face]
+        there = {*face, *map(called, face)}
+        unknown = [name for name in names or () if name not in there]
         if unknown:
-            there = ", ".join(map(repr, face)) or "no arrays"
-            raise InputError(f"`keep_labels` names {unknown[0]!r}; the faces have {there}")
+            listed = ", ".join(repr(called(name)) for name in face) or "no arrays"
+            raise InputError(f"`keep_labels` names {unknown[0]!r}; the faces have {listed}")
         return cls(names)
+
+    def has_named(self, name: str) -> bool:
+        """Whether this array was asked for by its name."""
+        return self.names is not None and (name in self.names or called(name) in self.names)
 
     def choose(self, name: str, array: NDArray[Any], own: list[Column]) -> None:
         """Decides whether the columns of an array count."""
         if not any(column.role == "label" for column in own):
             return
-        counts = self.names is None or name in self.names
+        counts = self.names is None or self.has_named(name)
         if self.names is None and (name in NUMBERS or numbers_faces(own[0].values)):
-            self.numbers.append(name)
+            self.numbers.append(called(name))
             counts = False
         if counts:
-            self.kept.append(name)
+            self.kept.append(called(name))
             return
         # Faces get values of the triangle underneath in any case.
         for column in own:
@@ -229,12 +293,12 @@ class Group:
         group = cls([], [])
         for name, value in arrays.items():
             array = rows(value, name, count, of)
-            if labels is not None and labels.names is not None and name in labels.names:
+            if labels is not None and labels.has_named(name):
                 own, decode = as_label(str(name), array, list(names.get(name, [])))
             else:
                 own, decode = columns(str(name), array, list(names.get(name, [])))
             if labels is not None:
-                labels.choose(str(name), array, own)
+                labels.choose(name, array, own)
             group.columns += own
             group.back.append((name, array.shape[1:], decode))
         return group
@@ -248,7 +312,8 @@ class Group:
         for name, shape, decode in self.back:
             parts = [one(next(values)) for one in decode]
             whole = np.concatenate(parts, axis=1) if len(parts) > 1 else parts[0] if parts else np.empty(0)
-            arrays[name] = whole.reshape((count, *shape))
+            plain = str(name) if isinstance(name, Alias) else name
+            arrays[plain] = whole.reshape((count, *shape))
         return arrays
 
 

@@ -61,6 +61,27 @@ PHRASES = [
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
     ("the output of `rtfmesh bug-report`", "the output of python -m rtfmesh bug-report"),
 ]
+# The same of single errors, as patterns, with what names the argument.
+PATTERNS = [
+    (r"invalid value '(.*)' for (`\w+`): invalid float literal", r"\2 is '\1'; give a number"),
+    (
+        r"invalid value '(.*)' for (`\w+`): invalid digit found in string",
+        r"\2 is '\1'; give a whole number, 0 or above",
+    ),
+    (r"; see the documentation of the option$", ""),
+    (r"^the edge length (\S+) is out of range", r"`edge_length` \1 is out of range"),
+    (r"^the ratio (\S+) is out of range", r"`ratio` \1 is out of range"),
+    (r"^vertex (\d+) has edge length (\S+); give lengths", r"`sizing` is \2 for vertex \1; give numbers"),
+    (r"^the volume has no surface at", "`iso`: the volume has no surface at"),
+    (r"^a picture of \d+ x \d+ pixels", r"`size`: \g<0>"),
+    (r"^unknown format ('.*?');", r"`format` \1 is unknown;"),
+    (r"^(no triangle has the label .*);.*", r"\1; use a label that `attributes.face` has"),
+    (
+        r"^(the vertices have no numeric attribute .*);.*",
+        r"`sizing`: \1; use one that `attributes.vertex` has",
+    ),
+    (r"^cancelled; nothing was written$", "cancelled by `progress`; there is no result"),
+]
 # Options and fields that have another name in Python.
 ARGUMENTS = {
     "vertices": "n",
@@ -86,6 +107,8 @@ def in_python(text: str) -> str:
 def exception(kind: str, field: str | None, text: str) -> Error:
     """The exception for an error of the library; `field` is the option that is wrong, if it is one."""
     text = in_python(text)
+    for theirs, ours in PATTERNS:
+        text = re.sub(theirs, ours, text)
     argument = ARGUMENTS.get(field, field) if field else None
     if field in ("faces", "points"):
         text = text.replace(f"`{field}`", f"`{argument}`")

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arrays import Faces, Vertices, mesh_arrays, one_of, real_number, truth, whole_numbers
-from ._errors import InputError
+from ._errors import InputError, OutputError
 from ._objects import MeshLike, arrays_of, given_mesh, is_pair, reference_of, with_count
-from ._words import count, is_word, take_features
+from ._words import check_needs, count, is_word, keywords, take_features
 
 
 def degrees(feature_angle: Any) -> float:
@@ -44,6 +44,7 @@ def untested_devices() -> list[dict[str, Any]]:
     return found
 
 
+@keywords
 def measure(
     vertices: ArrayLike | MeshLike,
     faces: ArrayLike | None = None,
@@ -83,6 +84,7 @@ def measure(
     return found
 
 
+@keywords
 def inspect(
     vertices: ArrayLike | MeshLike,
     faces: ArrayLike | int | str | None = None,
@@ -107,6 +109,7 @@ def inspect(
     if vertices_wanted is not None and vertices_wanted < 1:
         raise InputError(f"`n` is {n}; give at least 1")
     angle = degrees(feature_angle)
+    check_needs({"features": features})
     lines = take_features({"features": features}, mesh[0])
     file = Path(features) if features is not None and is_word(features) else None  # type: ignore[arg-type]
     found: dict[str, Any] = json.loads(_native.inspect(mesh, vertices_wanted, angle, lines, file))
@@ -131,6 +134,7 @@ class Drawing:
     png: bool
 
 
+@keywords
 def render(
     meshes: MeshLike | Sequence[MeshLike],
     path: str | os.PathLike[str] | None = None,
@@ -156,11 +160,13 @@ def render(
     Returns an array of shape (height, width, 4): red, green, blue and opacity, 0 to 255. With `path`, which
     must end in .png, it writes that file instead and returns None.
 
-    Raises `InputError`; `OSError` where the file cannot be written.
+    Raises `InputError`; `OutputError` where the file cannot be written.
     """
     # A pair of arrays is a tuple, and so may be a pair of meshes.
     is_many = isinstance(meshes, (list, tuple)) and not is_pair(meshes)
     listed: list[Any] = list(meshes) if is_many else [meshes]  # type: ignore[arg-type]
+    if not listed:
+        raise InputError("`meshes` is empty; give at least one mesh")
     found = [arrays_of(mesh, f"meshes[{place}]") for place, mesh in enumerate(listed)]
     other = None if against is None else arrays_of(against, "against")
     one_of(color, "color", ("plain", "quality", "distance"))
@@ -186,7 +192,10 @@ def render(
     pixels = _native.render(found, drawing)
     if path is None:
         return pixels.reshape(height, width * len(found), 4)
-    Path(path).write_bytes(pixels.tobytes())
+    try:
+        Path(path).write_bytes(pixels.tobytes())
+    except OSError as error:
+        raise OutputError(f"{os.fspath(path)}: {error.strerror}; choose another file or folder") from error
     return None
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import warnings
 from collections.abc import Iterator, Mapping
@@ -16,6 +17,7 @@ from ._arrays import Faces, Vertices, mesh_arrays, short, truth
 from ._attributes import Attributes, Carrier, for_files, read_attributes
 from ._errors import Error, InputError, MeshWarning
 from ._objects import MeshLike, given_mesh
+from ._words import keywords
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +67,7 @@ class SupportsRead(Protocol):
     def read(self) -> str | bytes: ...
 
 
+@keywords
 def read(
     path: str | os.PathLike[str] | SupportsRead,
     *,
@@ -96,6 +99,8 @@ def _read_object(file: SupportsRead, wanted: tuple[str | None, bool, bool]) -> M
     from tempfile import TemporaryDirectory
 
     content = file.read()
+    if not isinstance(content, (str, bytes, bytearray, memoryview)):
+        raise InputError(f"`path` has a read() that gives {short(content)}; give a file with text or bytes")
     data = content.encode() if isinstance(content, str) else bytes(content)
     name = getattr(file, "name", "")
     # Of a file without a name, the content or `format` says what it is.
@@ -110,6 +115,7 @@ def _read_object(file: SupportsRead, wanted: tuple[str | None, bool, bool]) -> M
     return Mesh(*arrays, read_attributes(attributes), notes)
 
 
+@keywords
 def write(
     path: str | os.PathLike[str],
     vertices: ArrayLike | MeshLike,
@@ -132,11 +138,18 @@ def write(
     mesh = mesh_arrays(shape.vertices, shape.faces)
     given = Carrier.of(for_files(shape.attributes), len(mesh[0]), len(mesh[1])).given
     for note in _native.write(path, mesh, given, format):
-        warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=2)
+        warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=3)
 
 
+@keywords
 def sample(name: str) -> Mesh:
     """A built-in model, such as "genus3" or "torus"; an `InputError` for another name lists them."""
     if not isinstance(name, str):
         raise InputError(f"`name` is {short(name)}; give a word such as 'genus3'")
-    return Mesh(*_native.sample(name), Attributes())
+    try:
+        return Mesh(*_native.sample(name), Attributes())
+    except InputError as error:
+        names = str(error).partition("choose one of ")[2].split(", ")
+        close = difflib.get_close_matches(name.lower(), names, 1)
+        meant = f"there is no built-in model {name!r}; did you mean {close[0]!r}?" if close else error
+        raise InputError(f"`name`: {meant}") from None

@@ -9,8 +9,10 @@ from . import _native
 from ._arrays import real_numbers
 from ._errors import InputError
 from ._objects import MeshLike, arrays_of
+from ._words import keywords
 
 
+@keywords
 def follow(mesh: MeshLike, result: MeshLike, poses: ArrayLike) -> NDArray[np.float64]:
     """Carries a result over to other poses of its input; as `rtfmesh follow`.
 

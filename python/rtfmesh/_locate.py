@@ -6,12 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import real_number, real_numbers
+from ._arrays import finite, real_number, real_numbers
 from ._errors import InputError
 from ._objects import MeshLike, arrays_of
 from ._result import Correspondence
+from ._words import keywords
 
 
+@keywords
 def locate(
     mesh: MeshLike, points: ArrayLike, normals: ArrayLike | None = None, *, margin: float = 0.0
 ) -> Correspondence:
@@ -34,11 +36,3 @@ def locate(
     if not 0.0 <= width < np.inf:
         raise InputError(f"`margin` is {width:g}; give a length, 0 or above")
     return Correspondence(*_native.locate(arrays, places[0], places[1] if len(places) > 1 else None, width))
-
-
-def finite(array: np.ndarray, name: str) -> np.ndarray:
-    """The array, if all of its values are finite."""
-    if not np.isfinite(array).all():
-        row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-        raise InputError(f"`{name}` has a value in row {row} that is not finite; leave such rows out")
-    return array

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import Faces, Vertices, mesh_arrays, real_numbers, short
+from ._arrays import Faces, Vertices, finite, mesh_arrays, real_numbers, short
 from ._attributes import Attributes
 from ._errors import InputError
 
@@ -64,7 +64,13 @@ def package(value: object) -> str:
 
 def is_pair(value: object) -> bool:
     """Whether this is (vertices, faces)."""
-    return isinstance(value, tuple) and len(value) == 2 and np.ndim(value[0]) == 2
+    if not (isinstance(value, (tuple, list)) and len(value) == 2):
+        return False
+    try:
+        return np.ndim(value[0]) == 2
+    except ValueError:
+        # A pair itself, of two meshes.
+        return False
 
 
 def is_object(value: object) -> bool:
@@ -102,7 +108,7 @@ def shape_of(value: Any, name: str) -> Shape:
     if hasattr(value, "vertices") and hasattr(value, "triangles"):
         return of_open3d(value)
     if hasattr(value, "points"):
-        return Shape(np.asarray(value.points), np.empty((0, 3), np.uint32))
+        return of_cloud(value)
     raise InputError(f"`{name}` is {short(value)}, not a mesh; give {WHAT}")
 
 
@@ -111,6 +117,13 @@ def of_open3d(mesh: Any) -> Shape:
     colours = np.asarray(getattr(mesh, "vertex_colors", ()))
     vertex = {"colors": colours} if len(colours) else {}
     return Shape(np.asarray(mesh.vertices), np.asarray(mesh.triangles), Attributes(vertex))
+
+
+def of_cloud(cloud: Any) -> Shape:
+    """Of points such as Open3D's, with their normals and colours."""
+    found = {name: np.asarray(getattr(cloud, name, ())) for name in ("normals", "colors")}
+    vertex = {name: array for name, array in found.items() if array.ndim == 2 and len(array)}
+    return Shape(np.asarray(cloud.points), np.empty((0, 3), np.uint32), Attributes(vertex))
 
 
 def arrays_of(mesh: Any, name: str) -> tuple[Vertices, Faces]:
@@ -125,7 +138,7 @@ def reference_of(against: Any) -> tuple[Vertices, Faces]:
     """What a mesh is compared with: another one, or points."""
     if is_object(against) or not isinstance(against, (np.ndarray, list)):
         return arrays_of(against, "against")
-    return real_numbers(against, "against", (None, 3)), np.empty((0, 3), np.uint32)
+    return finite(real_numbers(against, "against", (None, 3)), "against"), np.empty((0, 3), np.uint32)
 
 
 def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
@@ -142,7 +155,11 @@ def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
     if faces is not None:
         raise InputError("`faces` is given with a whole mesh; remove it, or give arrays for both")
     shape = shape_of(vertices, "vertices")
-    return shape if attributes is None else Shape(shape.vertices, shape.faces, Attributes.of(attributes))
+    return (
+        shape
+        if attributes is None or attributes is True
+        else Shape(shape.vertices, shape.faces, Attributes.of(attributes))
+    )
 
 
 def with_count(vertices: Any, faces: Any, n: Any) -> tuple[Any, Any]:
@@ -166,4 +183,5 @@ def given_points(
     found = [vertex.pop(name) for name in own]
     if normals is None and found:
         normals = found[0]
-    return shape.vertices, normals, Attributes(vertex) if attributes is None else Attributes.of(attributes)
+    brings = attributes is None or attributes is True
+    return shape.vertices, normals, Attributes(vertex) if brings else Attributes.of(attributes)

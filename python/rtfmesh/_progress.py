@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import sys
 import traceback
@@ -62,6 +63,19 @@ def from_callback(callback: Callback) -> Native:
     return told
 
 
+def check_callback(callback: Callback) -> None:
+    """Raises `InputError` for a function that cannot be called with one argument."""
+    try:
+        signature = inspect.signature(callback)
+    except (TypeError, ValueError):
+        # Of some that are not written in Python nothing is known.
+        return
+    try:
+        signature.bind(None)
+    except TypeError:
+        raise InputError(f"`progress` takes {signature}; give a function of one rtfmesh.Progress") from None
+
+
 def _end_fork(raised: BaseException | None) -> NoReturn:
     """Ends a process that a function forked and then left, normally or by an exception.
 
@@ -89,6 +103,7 @@ def _end_fork(raised: BaseException | None) -> NoReturn:
 def shown(progress: bool | Callback) -> Iterator[Native | None]:
     """What the native module calls: with True it moves a bar of tqdm's."""
     if callable(progress):
+        check_callback(progress)
         yield from_callback(progress)
         return
     if not isinstance(progress, bool):

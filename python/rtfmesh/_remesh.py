@@ -11,9 +11,10 @@ from ._attributes import Attributes
 from ._grid_values import grid_values
 from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._progress import Callback
-from ._remesher import Told, on_shared, warned, with_options
+from ._remesher import Told, on_shared, warned
 from ._result import LocatedResult, Result
 from ._volume import grid_of, volume_of
+from ._words import keywords
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -55,6 +56,7 @@ def remesh(
 ) -> Result: ...
 
 
+@keywords
 def remesh(
     vertices: ArrayLike | MeshLike,
     faces: ArrayLike | int | str | None = None,
@@ -135,6 +137,7 @@ def remesh(
     )
 
 
+@keywords
 def reconstruct(
     points: ArrayLike | MeshLike,
     n: int | str | None = None,
@@ -210,6 +213,7 @@ def reconstruct(
     )
 
 
+@keywords
 def contour(
     values: ArrayLike,
     n: int | str | None = None,
@@ -300,7 +304,3 @@ def contour(
             lambda remesher: remesher._contour(volume, n, told, wanted, carried),
         )
     )
-
-
-for _function in (remesh, reconstruct, contour):
-    with_options(_function)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import os
 import threading
@@ -15,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Vertices, mesh_arrays, real_numbers, short, truth
+from ._arrays import Vertices, finite, mesh_arrays, real_numbers, short, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._grid_values import GridValues, grid_values
@@ -26,6 +25,7 @@ from ._result import Cells, Correspondence, LocatedResult, Result
 from ._volume import Volume, grid_of, volume_of
 from ._words import (
     is_word,
+    keywords,
     label_names,
     take_features,
     take_fixed_points,
@@ -61,6 +61,20 @@ class Request:
     progress: Native | None
 
 
+def wanted_device(device: Any, device_memory: Any) -> tuple[str | None, int | None]:
+    """The name of a device and its memory in MiB, as arguments say them; which there are is found later."""
+    is_name = isinstance(device, (str, int, np.integer)) and not isinstance(device, bool)
+    if device is not None and not is_name:
+        remedy = "give an index or a name of rtfmesh.devices(), 'cpu' or 'gpu'"
+        raise InputError(f"`device` is {short(device)}; {remedy}")
+    is_count = isinstance(device_memory, (int, np.integer)) and not isinstance(device_memory, bool)
+    if device_memory is not None and not is_count:
+        raise InputError(f"`device_memory` is {short(device_memory)}; use 1 to 2^30 MiB")
+    if device_memory is not None and not 0 < device_memory <= 1 << 30:
+        raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
+    return None if device is None else str(device), device_memory
+
+
 class Remesher:
     """A device with its compiled kernels, for any number of meshes.
 
@@ -68,30 +82,34 @@ class Remesher:
     GPU, or the CPU. `device_memory` is the maximum device memory in MiB. With `timings`, reports contain the
     time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
     on its device, or have one each. A forked process opens the device again for itself, or gets a
-    `DeviceError` if the parent has used a GPU's driver.
+    `DeviceError` if the parent has used a GPU's driver. A copy, such as one that was pickled for another
+    process, opens it at its first use.
 
     Raises `DeviceError` without a usable device.
     """
 
+    @keywords
     def __init__(
         self, device: str | int | None = None, *, device_memory: int | None = None, timings: bool = False
     ) -> None:
-        if device_memory is not None and not (
-            isinstance(device_memory, (int, np.integer)) and 0 < device_memory <= 1 << 30
-        ):
-            raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
-        name = None if device is None else str(device)
-        self._wanted = name, device_memory, truth(timings, "timings")
-        self._open = os.getpid(), _native.Device(*self._wanted)
+        self._wanted = *wanted_device(device, device_memory), truth(timings, "timings")
+        self._open: tuple[int, _native.Device] | None = os.getpid(), _native.Device(*self._wanted)
+
+    def __getstate__(self) -> tuple[str | None, int | None, bool]:
+        """What was asked for: a copy opens the device for itself when it first needs it."""
+        return self._wanted
+
+    def __setstate__(self, wanted: tuple[str | None, int | None, bool]) -> None:
+        """See `__getstate__`."""
+        self._wanted = wanted
+        self._open = None
 
     @property
     def _device(self) -> _native.Device:
         """The device that this process has opened."""
-        process, device = self._open
-        if process != os.getpid():
-            device = _native.Device(*self._wanted)
-            self._open = os.getpid(), device
-        return device
+        if self._open is None or self._open[0] != os.getpid():
+            self._open = os.getpid(), _native.Device(*self._wanted)
+        return self._open[1]
 
     @property
     def device(self) -> dict[str, Any]:
@@ -138,6 +156,7 @@ class Remesher:
         **options: Unpack[Options],
     ) -> Result: ...
 
+    @keywords
     def remesh(
         self,
         vertices: ArrayLike | MeshLike,
@@ -157,6 +176,7 @@ class Remesher:
         given = given_mesh(vertices, faces, attributes)
         return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
 
+    @keywords
     def reconstruct(
         self,
         points: ArrayLike | MeshLike,
@@ -186,7 +206,7 @@ class Remesher:
         wanted: dict[str, Any],
     ) -> Result:
         normals, closed, points_as = known
-        positions = real_numbers(points, "points", (None, 3))
+        positions = finite(real_numbers(points, "points", (None, 3)), "points")
         for name in ("features", "keep", "only"):
             if not is_word(wanted.get(name)):
                 raise InputError(f"`{name}` needs faces, which points do not have; remove it")
@@ -200,6 +220,7 @@ class Remesher:
         # They would be on a surface that nobody has.
         return replace(result, correspondence=None, face_correspondence=None)
 
+    @keywords
     def contour(
         self,
         values: ArrayLike,
@@ -323,7 +344,7 @@ class Told:
         self.cells = truth(self.cells, "cells")
 
 
-def warned(result: Result, stacklevel: int = 3) -> Result:
+def warned(result: Result, stacklevel: int = 4) -> Result:
     """The result, after its warnings have been shown as those of the line that called this package."""
     for warning in result.report["warnings"]:
         warnings.warn(warning, MeshWarning, stacklevel=stacklevel)
@@ -346,7 +367,7 @@ if hasattr(os, "register_at_fork"):
 
 def _remesher(device: str | int | None, device_memory: int | None, timings: bool) -> tuple[Any, Remesher]:
     """The remesher that calls for this device share: opening one takes longer than a small mesh."""
-    key = (device, device_memory, timings, os.environ.get("RTFMESH_DEVICE"))
+    key = (*wanted_device(device, device_memory), timings, os.environ.get("RTFMESH_DEVICE"))
     with _opening:
         if key not in _remeshers:
             _remeshers[key] = Remesher(device, device_memory=device_memory, timings=timings)
@@ -383,20 +404,3 @@ def on_shared(
         with _opening:
             _remeshers.pop(key, None)
         raise
-
-
-def with_options(function: Callable[..., Any]) -> None:
-    """Puts all options into the signature, for `help` and the completion of notebooks."""
-    signature = inspect.signature(function)
-    own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
-    names = {one.name for one in own}
-    options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in Options.__annotations__.items()
-        if name not in names
-    ]
-    function.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
-
-
-for _method in (Remesher.remesh, Remesher.reconstruct, Remesher.contour):
-    with_options(_method)

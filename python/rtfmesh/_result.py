@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import Faces, Vertices, as_array, indices
+from ._arrays import Faces, Vertices, as_array, check_shape, indices
 from ._attributes import Attributes
 from ._errors import InputError
 
@@ -28,6 +28,8 @@ class Correspondence:
 
         `faces` are the input's, as they were remeshed.
         """
+        check_shape(np.asarray(self.triangles), "triangles", (None,))
+        check_shape(np.asarray(self.barycentrics), "barycentrics", (len(self.triangles), 3))
         array = as_array(values, "values")
         if array.ndim == 0 or array.dtype.kind not in "fiubc":
             have = f"shape {array.shape} and values of type {array.dtype}"

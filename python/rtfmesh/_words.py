@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import operator
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from functools import cache
-from typing import Any, TypeGuard
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cache, wraps
+from typing import Any, ParamSpec, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,10 @@ from numpy.typing import NDArray
 from . import _native
 from ._arrays import Vertices, as_array, indices, real_numbers, short
 from ._errors import InputError
+from ._options import Options
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 # The name under which `sizing` numbers travel.
 SIZING = "sizing"
@@ -91,16 +96,47 @@ ELSEWHERE = {
     "verbose": "progress",
     "vertices": "n",
 }
-# The arguments that all functions have besides options.
-COMMON = ("n", "attributes", "correspondence", "distances", "progress", "device", "device_memory")
+# What `words` has a message of its own for.
+TOLD = (*RESEARCH, "report")
 
 
 def unknown_keyword(name: str, function: str, known: Iterable[str]) -> TypeError:
-    """The exception for an argument that there is not, with the one that may be meant."""
-    close = difflib.get_close_matches(name, [*known, *COMMON], 1, cutoff=0.7)
-    meant = ELSEWHERE.get(name) or (close[0] if close else None)
+    """The exception for an argument that there is not, with the one of `known` that may be meant."""
+    known = list(known)
+    close = difflib.get_close_matches(name, known, 1, cutoff=0.7)
+    meant = ELSEWHERE.get(name)
+    meant = meant if meant in known else (close[0] if close else None)
     hint = f"; did you mean '{meant}'?" if meant else ""
     return TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
+
+
+def keywords(function: Callable[P, R]) -> Callable[P, R]:
+    """The function, with names of arguments checked and, if it takes options, all of these in its signature.
+
+    `help` and the completion of notebooks show them; a `TypeError` suggests the argument that may be meant.
+    """
+    signature = inspect.signature(function)
+    own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+    names = [one.name for one in own if one.name != "self"]
+    has_options = len(own) < len(signature.parameters)
+    options = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+        for name, kind in Options.__annotations__.items()
+        if has_options and name not in names
+    ]
+    known = [*names, *(option.name for option in options)]
+    allowed = {*known, *(TOLD if has_options else ())}
+    title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+    @wraps(function)
+    def checked(*args: P.args, **given: P.kwargs) -> R:
+        for name in given:
+            if name not in allowed:
+                raise unknown_keyword(name, title, known)
+        return function(*args, **given)
+
+    checked.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
+    return checked
 
 
 def count(n: Any) -> int:
@@ -133,7 +169,8 @@ def expanded(options: Mapping[str, Any], function: str) -> Iterator[tuple[str, A
     """
     for name, value in options.items():
         if name in RESEARCH:
-            meant = f"did you mean research={{'{name}': {value!r}}}?"
+            shown = "..." if short(value).startswith("of type") else short(value)
+            meant = f"did you mean research={{'{name}': {shown}}}?"
             raise TypeError(f"{function}() got an unexpected keyword argument '{name}'; {meant}")
         if name != "research" or value is None:
             yield name, value
@@ -153,6 +190,17 @@ def with_research(options: Mapping[str, Any]) -> dict[str, Any]:
     return {**others, "research": research} if research else others
 
 
+def check_needs(options: Mapping[str, Any]) -> None:
+    """Raises `InputError` for an option that needs another one, or a file, that there is not."""
+    if options.get("smooth_labels") is not None and options.get("keep_labels") in (None, False):
+        raise InputError("`smooth_labels` needs `keep_labels`; add it, or remove `smooth_labels`")
+    for name in ("features", "fixed_points"):
+        path = options.get(name)
+        if isinstance(path, (str, os.PathLike)) and not os.path.exists(path):
+            text = "there is no such file; check the name and the folder"
+            raise InputError(f"`{name}` is {os.fspath(path)!r}: {text}")
+
+
 def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
     """The command line for a number of vertices and options, which the function of this name was given.
 
@@ -161,6 +209,7 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
     """
     found = [] if n is None else [f"--vertices={count_word(n)}"]
     known = flags()
+    check_needs(options)
     for name, value in expanded(options, function):
         if name == "report":
             text = "result.report always has the report; distances=True adds distances to it"
@@ -168,7 +217,7 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
         if name == "research":
             continue
         if name not in known:
-            raise unknown_keyword(name, function, (known.keys() - set(RESEARCH)) | {"research"})
+            raise unknown_keyword(name, function, ["n", "research", *known.keys() - set(RESEARCH)])
         if name == "keep_labels":
             value = bool(label_names(value))
         if value is None:

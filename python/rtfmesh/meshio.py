@@ -15,12 +15,13 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from ._attributes import Attributes
+from ._attributes import Alias, Attributes, brings_own, called
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
 from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
+from ._words import keywords
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -90,7 +91,7 @@ def triangles_of(mesh: meshio.Mesh, points: NDArray[Any]) -> tuple[NDArray[Any],
 
 def sets_of(mesh: meshio.Mesh) -> dict[str, NDArray[Any]]:
     """For each set of cells whether a triangle is of it."""
-    found = {}
+    found: dict[str, NDArray[Any]] = {}
     for name, blocks in mesh.cell_sets.items():
         parts = []
         for place, block in enumerate(mesh.cells):
@@ -101,7 +102,7 @@ def sets_of(mesh: meshio.Mesh) -> dict[str, NDArray[Any]]:
             if members is not None and len(members):
                 is_in[np.asarray(members, dtype=int)] = 1
             parts.append(np.repeat(is_in, np.asarray(block.data).shape[1] - 2))
-        found[SET + name] = np.concatenate(parts) if parts else np.empty(0, np.uint8)
+        found[Alias(SET + name, name)] = np.concatenate(parts) if parts else np.empty(0, np.uint8)
     return found
 
 
@@ -122,9 +123,13 @@ def shape_of(mesh: Any, name: str) -> Shape:
         raise InputError(f"`{name}` is a {type(mesh).__name__}, not a meshio.Mesh")
     points, _ = points_of(mesh)
     faces, face = triangles_of(mesh, points)
+    # Data with the name of a set keeps it.
+    sets = {called(name): array for name, array in sets_of(mesh).items()}
+    face = {**sets, **face}
     return Shape(points, faces, Attributes(dict(mesh.point_data), face))
 
 
+@keywords
 def remesh(
     mesh: meshio.Mesh,
     n: int | str | None = None,
@@ -152,7 +157,7 @@ def remesh(
     faces, face_data = triangles_of(mesh, points)
     face_data.update(sets_of(mesh))
     told, wanted = Told(correspondence=False, distances=distances, progress=progress), dict(options)
-    given = Attributes() if attributes is False else Attributes(dict(mesh.point_data), face_data)
+    given = Attributes(dict(mesh.point_data), face_data) if brings_own(attributes) else Attributes()
 
     def run(remesher: Remesher) -> Result:
         return remesher._run(points, faces, n, given, told, wanted)

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from ._attributes import Attributes
+from ._attributes import Attributes, brings_own
 from ._errors import InputError, MeshWarning
 from ._figures import inspect, measure
 from ._grid_values import GridValues, grid_values
@@ -26,6 +26,7 @@ from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 from ._volume import Grid, grid_of, volume_of
+from ._words import keywords
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -108,12 +109,15 @@ def surface_of(result: Result, split: Split, source: pyvista.DataSet) -> pyvista
     return made
 
 
-def reconstructed(
+@keywords
+def reconstruct(
     points: pyvista.PolyData | pyvista.PointSet,
     n: int | str | None,
     *,
+    normals: ArrayLike | None = None,
     closed: bool = False,
     points_as: str = "auto",
+    attributes: bool = True,
     distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
@@ -122,17 +126,18 @@ def reconstructed(
     **options: Unpack[Options],
 ) -> pyvista.PolyData:
     """See `PointsAccessor.reconstruct`."""
-    normals = points.point_data.active_normals
-    own = None if normals is None else points.point_data.active_normals_name
-    vertex = {name: np.asarray(points.point_data[name]) for name in points.point_data if name != own}
+    active = points.point_data.active_normals
+    own = None if active is None else points.point_data.active_normals_name
+    data = points.point_data if brings_own(attributes) else {}
+    vertex = {name: np.asarray(data[name]) for name in data if name != own}
     told = Told(correspondence=False, distances=distances, progress=progress)
-    known = (None if normals is None else np.asarray(normals), closed, points_as)
+    known = (active if normals is None else normals, closed, points_as)
     wanted = dict(options)
 
     def run(remesher: Remesher) -> Result:
         return remesher._reconstruct(points.points, n, known, Attributes(vertex), told, wanted)
 
-    result = warned(on_device(remesher, device, device_memory, told, run), stacklevel=4)
+    result = warned(on_device(remesher, device, device_memory, told, run), stacklevel=5)
     return surface_of(result, split_at_seams(result, False), points)
 
 
@@ -146,11 +151,12 @@ class PointsAccessor:
     def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
         """A surface of exactly `n` points, in well-shaped triangles, through these.
 
-        Active normals are taken for outward ones. The other arrays come along by the nearest point, field
-        data too. `closed`, `points_as` and all other arguments, and what is raised, are as in
-        `rtfmesh.reconstruct`; `remesher` is a `rtfmesh.Remesher` to use.
+        Active normals are taken for outward ones, unless others are given as `normals`. The other arrays come
+        along by the nearest point unless `attributes=False`, field data too. `closed`, `points_as` and all
+        other arguments, and what is raised, are as in `rtfmesh.reconstruct`; `remesher` is a
+        `rtfmesh.Remesher` to use.
         """
-        return reconstructed(self._points, n, **wanted)
+        return reconstruct(self._points, n, **wanted)
 
 
 def nodes_of(image: pyvista.ImageData, is_of_points: bool) -> tuple[NDArray[Any], NDArray[np.float64]]:
@@ -191,7 +197,7 @@ def further_values(image: pyvista.ImageData, taken: str) -> list[GridValues]:
         warnings.warn(
             f"points and cells have arrays named {', '.join(both)}; the result has those of points",
             MeshWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     for data, is_of_points in ((image.cell_data, False), (image.point_data, True)):
         size, affine = nodes_of(image, is_of_points)
@@ -212,6 +218,7 @@ class ImageAccessor:
     def __init__(self, image: pyvista.ImageData) -> None:
         self._image = image
 
+    @keywords
     def contour(
         self,
         n: int | str | None = None,
@@ -262,6 +269,7 @@ class Accessor:
     def __init__(self, mesh: pyvista.PolyData) -> None:
         self._mesh = mesh
 
+    @keywords
     def remesh(
         self,
         n: int | str | None = None,
@@ -286,7 +294,8 @@ class Accessor:
         mesh, faces = triangles_of(self._mesh)
         uv_name = mesh.point_data.active_texture_coordinates_name
         told = Told(correspondence=False, distances=distances, progress=progress)
-        given, wanted = Attributes() if attributes is False else attributes_of(mesh, faces), dict(options)
+        given = attributes_of(mesh, faces) if brings_own(attributes) else Attributes()
+        wanted = dict(options)
 
         def run(remesher: Remesher) -> Result:
             return remesher._run(mesh.points, faces, n, given, told, wanted)
@@ -306,7 +315,7 @@ class Accessor:
             raise InputError(
                 "`reconstruct` works only with points, and this has faces or lines; use `remesh`"
             )
-        return reconstructed(mesh, n, **wanted)
+        return reconstruct(mesh, n, **wanted)
 
     def measure(self, against: MeshLike | NDArray[Any] | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.measure`, of this surface; `against` is another one, or points."""

@@ -16,14 +16,14 @@ import numpy as np
 import trimesh
 from trimesh.visual import ColorVisuals, TextureVisuals
 
-from ._attributes import Attributes
+from ._attributes import Alias, Attributes, brings_own
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
 from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
-from ._words import label_names
+from ._words import keywords
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 
 # The names that visuals travel under, which no attribute of a mesh has.
 COLOUR = "colour of trimesh"
-MATERIALS = "materials of trimesh"
+FACE_COLOUR = Alias(COLOUR, "face_colors")
+MATERIALS = Alias("materials of trimesh", "face_materials")
 
 
 def shape_of(mesh: Any, name: str) -> Shape:
@@ -40,15 +41,17 @@ def shape_of(mesh: Any, name: str) -> Shape:
     if isinstance(mesh, trimesh.Scene):
         mesh = mesh.to_mesh()
     if isinstance(mesh, trimesh.PointCloud):
-        return Shape(np.asarray(mesh.vertices), np.empty((0, 3), np.uint32))
+        colours = np.asarray(mesh.colors)
+        vertex = {"rgba": colours} if len(colours) else {}
+        return Shape(np.asarray(mesh.vertices), np.empty((0, 3), np.uint32), Attributes(vertex))
     if not isinstance(mesh, trimesh.Trimesh):
         raise InputError(f"`{name}` is a {type(mesh).__name__}, not a trimesh.Trimesh")
     attributes = attributes_of(mesh)
     # Under these names they are of no use to anything but visuals.
-    for arrays in (attributes.vertex, attributes.face):
-        arrays.pop(MATERIALS, None)
+    attributes.face.pop(MATERIALS, None)
+    for arrays, name in ((attributes.vertex, "rgba"), (attributes.face, Alias("rgba", "face_colors"))):
         if COLOUR in arrays:
-            arrays["rgba"] = arrays.pop(COLOUR)
+            arrays[name] = arrays.pop(COLOUR)
     return Shape(np.asarray(mesh.vertices), np.asarray(mesh.faces), attributes)
 
 
@@ -65,15 +68,8 @@ def attributes_of(mesh: trimesh.Trimesh) -> Attributes:
     elif visual.kind == "vertex":
         vertex[COLOUR] = np.asarray(visual.vertex_colors)
     elif visual.kind == "face":
-        face[COLOUR] = np.asarray(visual.face_colors)
+        face[FACE_COLOUR] = np.asarray(visual.face_colors)
     return Attributes(vertex, face, uv)
-
-
-def labels_of(keep: Any) -> bool | list[str]:
-    """What `keep_labels` says, in the names that visuals travel under."""
-    own = {"face_colors": COLOUR, "face_materials": MATERIALS}
-    names = label_names(keep)
-    return names if isinstance(names, bool) else [own.get(name, name) for name in names]
 
 
 def visual_of(mesh: trimesh.Trimesh, result: Result, split: Split) -> Any:
@@ -88,6 +84,7 @@ def visual_of(mesh: trimesh.Trimesh, result: Result, split: Split) -> Any:
     )
 
 
+@keywords
 def remesh(
     mesh: trimesh.Trimesh | trimesh.Scene,
     n: int | str | None = None,
@@ -115,8 +112,7 @@ def remesh(
     if not isinstance(mesh, trimesh.Trimesh):
         raise InputError(f"`mesh` is a {type(mesh).__name__}, not a trimesh.Trimesh")
     told = Told(correspondence=False, distances=distances, progress=progress)
-    given, wanted = Attributes() if attributes is False else attributes_of(mesh), dict(options)
-    wanted["keep_labels"] = labels_of(wanted.get("keep_labels"))
+    given, wanted = attributes_of(mesh) if brings_own(attributes) else Attributes(), dict(options)
 
     def run(remesher: Remesher) -> Result:
         return remesher._run(mesh.vertices, mesh.faces, n, given, told, wanted)

@@ -99,7 +99,7 @@ def test_holes_in_further_arrays_stay_holes(remesher):
         ({"vertex": {"dose": np.zeros(23 * 25 * 22)}}, r"give array.reshape\(\(X, Y, Z\), order='F'\)"),
         ({"vertex": {"dose": np.full((23, 25, 22), None)}}, r"'dose'\]` has values of type object"),
         ({"uv": np.zeros((5, 3, 2))}, "`attributes.uv` needs faces"),
-        ({"materials": object()}, "`attributes.materials` needs faces"),
+        ({"materials": object()}, "`attributes.materials` is of type object"),
         ({"face": {"dose": np.zeros(5)}}, "`attributes.face` needs faces"),
         ({"dose": np.zeros(5)}, "its keys are"),
     ],

@@ -105,7 +105,7 @@ def test_pictures_show_distances_and_curves(folder, torus):
         ({"elevation": 100}, "`elevation` 100"),
         ({"zoom": 0}, "`zoom` 0"),
         ({"size": (3, 3)}, "pixels"),
-        ({"meshes": []}, "no mesh"),
+        ({"meshes": []}, "`meshes` is empty"),
         ({"meshes": 5}, "mesh"),
         ({"meshes": [(np.eye(3), [[0, 1, 5]])]}, "`meshes[0].faces`"),
     ],

@@ -18,6 +18,19 @@ class Thing:
     """Nothing that any function takes."""
 
 
+class Nothing:
+    """A file that has nothing yet."""
+
+    def read(self):
+        """As a pipe without a writer."""
+
+
+UNORDERED = {
+    "attributes": {"face": {"l": np.array([None, "x", "x", None], object)}},
+    "keep_labels": "l",
+}
+
+
 @pytest.mark.parametrize(
     ("call", "says"),
     [
@@ -82,6 +95,57 @@ class Thing:
         (lambda: rtfmesh.contour(GRID, 50, iso=0, affine=np.zeros((4, 4))), "`affine` must be an invertible"),
         (lambda: rtfmesh.contour(GRID, 50, iso=0, inside="left"), "`inside`"),
         (lambda: rtfmesh.contour(GRID, 50, iso=0, closed="yes"), "`closed` is of type str; use True"),
+        (lambda: rtfmesh.remesh(V, F, 50, device=[1]), "`device` is [1]; give an index or a name"),
+        (lambda: rtfmesh.remesh(V, F, 50, device={}), "`device` is of type dict; give"),
+        (lambda: rtfmesh.remesh(V, F, 50, device=1.5), "`device` is 1.5; give"),
+        (lambda: rtfmesh.Remesher(True), "`device` is True; give"),
+        (lambda: rtfmesh.Remesher(device_memory=True), "`device_memory` is True; use 1 to 2^30 MiB"),
+        (lambda: rtfmesh.remesh(V, F, 50, device_memory=[1]), "`device_memory` is [1]; use"),
+        (
+            lambda: rtfmesh.remesh(V, F, 50, attributes={"vertex": V}),
+            "`attributes.vertex` is of type ndarray",
+        ),
+        (lambda: rtfmesh.remesh(V, F, 50, attributes={"face": [1, 2]}), "`attributes.face` is [1, 2]; give"),
+        (
+            lambda: rtfmesh.remesh(V, F, 50, attributes={"label_names": 5}),
+            "`attributes.label_names` is 5; give",
+        ),
+        (lambda: rtfmesh.Attributes(label_names={"a": 5}), "`attributes.label_names['a']` is 5; give a list"),
+        (lambda: rtfmesh.remesh(V, F, 50, attributes={"materials": 5}), "`attributes.materials` is 5; give"),
+        (lambda: rtfmesh.Attributes(5), "`attributes.vertex` is 5; give a dict of arrays by name"),
+        (lambda: rtfmesh.Correspondence(1, 2).interpolate(F, V), "`triangles` has shape (); give"),
+        (lambda: rtfmesh.remesh(V, F, 50, progress=lambda: None), "`progress` takes (); give a function of"),
+        (lambda: rtfmesh.write("x.ply", V * np.nan, F), "`vertices` has a value in row 0 that is not finite"),
+        (lambda: rtfmesh.read(Nothing()), "`path` has a read() that gives None; give a file"),
+        (
+            lambda: rtfmesh.remesh(np.full_like(V, np.inf), F, 50),
+            "`vertices` has a value in row 0 that is not finite",
+        ),
+        (lambda: rtfmesh.reconstruct(V * np.nan, 50), "`points` has a value in row 0 that is not finite"),
+        (lambda: rtfmesh.remesh(V, F, edge_length=0), "`edge_length` 0 is out of range; give"),
+        (lambda: rtfmesh.remesh(V, F, ratio=0), "`ratio` 0 is out of range; give a number above 0"),
+        (lambda: rtfmesh.remesh(V, F, ratio="half"), "`ratio` is 'half'; give a number"),
+        (lambda: rtfmesh.remesh(V, F, 50, seed=-1), "`seed` is '-1'; give a whole number, 0 or above"),
+        (lambda: rtfmesh.remesh(V, F, 50, sizing=np.zeros(4)), "`sizing` is 0 for vertex 0; give numbers"),
+        (lambda: rtfmesh.remesh(V, F, 50, sizing="property:zz"), "`sizing`: the vertices have no numeric"),
+        (
+            lambda: rtfmesh.remesh(V, F, 50, features="no.obj"),
+            "`features` is 'no.obj': there is no such file",
+        ),
+        (lambda: rtfmesh.inspect(V, F, features="no.obj"), "`features` is 'no.obj': there is no such file"),
+        (lambda: rtfmesh.remesh(V, F, 50, fixed_points="no.xyz"), "`fixed_points` is 'no.xyz': there is no"),
+        (lambda: rtfmesh.remesh(V, F, 50, smooth_labels=1), "`smooth_labels` needs `keep_labels`; add it"),
+        (lambda: rtfmesh.contour(GRID, 50, iso=999), "`iso`: the volume has no surface at 999"),
+        (lambda: rtfmesh.render([]), "`meshes` is empty; give at least one mesh"),
+        (lambda: rtfmesh.render((V, F), size=(0, 0)), "`size`: a picture of 0 x 0 pixels"),
+        (lambda: rtfmesh.render((V * np.nan, F)), "`meshes[0].vertices` has a value in row 0"),
+        (lambda: rtfmesh.read("x", format="zz"), "`format` 'zz' is unknown; use one"),
+        (
+            lambda: rtfmesh.sample("Genus3"),
+            "`name`: there is no built-in model 'Genus3'; did you mean 'genus3'?",
+        ),
+        (lambda: rtfmesh.measure(V, F, against=V * np.nan), "`against` has a value in row 0 that is not"),
+        (lambda: rtfmesh.remesh(V, F, 50, **UNORDERED), "`attributes.face['l']` has values without an order"),
     ],
 )
 def test_wrong_calls_name_the_argument(call, says):
@@ -115,6 +179,42 @@ def test_names_that_are_near_are_suggested(wrong, meant):
             function(*first, **{wrong: 5}, **extra)
         says = f"{function.__name__}() got an unexpected keyword argument '{wrong}'"
         assert str(raised.value) == f"{says}; did you mean '{meant}'?"
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda: rtfmesh.measure(V, F, agianst=V), "'against'"),
+        (lambda: rtfmesh.inspect(V, F, feature_angel=5), "'feature_angle'"),
+        (lambda: rtfmesh.render((V, F), colour="plain"), "'color'"),
+        (lambda: rtfmesh.read("x", formatt="ply"), "'format'"),
+        (lambda: rtfmesh.write("x.ply", V, F, attribute=1), "'attributes'"),
+        (lambda: rtfmesh.locate((V, F), V, normal=V), "'normals'"),
+        (lambda: rtfmesh.Remesher(devise=1), "'device'"),
+    ],
+)
+def test_near_names_are_suggested_by_all_functions(call, meant):
+    with pytest.raises(TypeError, match=rf"; did you mean {meant}\?$"):
+        call()
+
+
+def test_no_function_suggests_what_it_lacks(remesher):
+    with pytest.raises(TypeError, match=r"'correspondence'$"):
+        rtfmesh.reconstruct(V, 50, correspondence=False)
+    with pytest.raises(TypeError, match=r"'device'$"):
+        remesher.remesh(V, F, 50, device="cpu")
+    with pytest.raises(TypeError, match=r"research=\{'normals': \.\.\.\}"):
+        rtfmesh.remesh(V, F, 50, normals=V)
+
+
+def test_pictures_without_a_folder_are_output_errors():
+    with pytest.raises(rtfmesh.OutputError, match=r"nodir/a\.png: "):
+        rtfmesh.render((V, F), "/nodir/a.png")
+
+
+def test_pairs_may_be_lists():
+    assert rtfmesh.measure(V, F, against=[V, F]) == rtfmesh.measure(V, F, against=(V, F))
+    assert len(rtfmesh.remesh([V, F], 50, attributes=True).vertices) == 50
 
 
 def test_names_that_mean_nothing_are_not_guessed():

@@ -117,7 +117,7 @@ def test_surfaces_that_cannot_be_are_refused(ball):
     with pytest.raises(rtfmesh.InputError):
         pv.PolyData(np.eye(3)).rtfmesh.remesh(100)
     ball.points[5] = np.nan
-    with pytest.raises(rtfmesh.InputError, match="vertex 5"):
+    with pytest.raises(rtfmesh.InputError, match="row 5"):
         ball.rtfmesh.remesh(100)
 
 

@@ -13,14 +13,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import ray
 from ray.data import ActorPoolStrategy, DataContext
 from ray.exceptions import ActorDiedError
 
 from .. import _native
+from .._arrays import real_number, short, truth
 from .._errors import DeviceError, InputError, OutputError
 from .._files import write
-from .._words import words
+from .._remesher import Remesher, wanted_device
+from .._words import keywords, words
 from ._batches import Batches
 from ._manifest import Manifest
 from ._meshes import Job
@@ -126,7 +129,13 @@ class Pool:
 
 
 def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_size: int | None) -> None:
-    """Raises `InputError` for a number that is out of its range."""
+    """Raises `InputError` for what is no number, or out of its range."""
+    for name, count in (("workers", workers), ("batch_size", batch_size)):
+        if count is not None and (isinstance(count, bool) or not isinstance(count, (int, np.integer))):
+            raise InputError(f"`{name}` is {short(count)}; give a whole number")
+    for name, share in (("gpus_per_worker", gpus), ("cpus_per_worker", cpus)):
+        if share is not None or name == "cpus_per_worker":
+            real_number(share, name)
     ranges = [
         ("workers", workers is None or workers >= 1, "1 or more"),
         ("gpus_per_worker", gpus is None or 0 <= gpus <= 1, "0 to 1: a worker uses one device"),
@@ -150,8 +159,25 @@ def check_output(folder: Path, suffix: str) -> None:
     except OSError as error:
         raise OutputError(f"{folder}: {error.strerror}; choose another folder") from error
     trial = folder / f".rtfmesh-{uuid.uuid4().hex}{suffix}"
-    write(trial, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    try:
+        write(trial, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    except OutputError as error:
+        # Nobody knows the file of the trial.
+        text = str(error).removeprefix(f"{trial}: ")
+        place = f"`suffix` is {suffix!r}" if "name the result" in text else folder
+        raise OutputError(f"{place}: {text}") from None
     trial.unlink()
+
+
+def check_device(device: str | int | None) -> None:
+    """Raises an error for a device that there cannot be; opens it if workers will be on this machine."""
+    wanted_device(device, None)
+    if device is None or ray.is_initialized() or os.environ.get("RAY_ADDRESS"):
+        return
+    try:
+        Remesher(device)
+    except DeviceError as error:
+        raise type(error)(f"`device` is {device!r}: {error}") from None
 
 
 def room(gpus: float, cpus: float) -> int:
@@ -187,6 +213,7 @@ def shown(progress: bool, summary: Summary) -> Iterator[Callable[[int], object]]
         yield told
 
 
+@keywords
 def remesh_manifest(
     manifest: str | os.PathLike[str],
     out: str | os.PathLike[str],
@@ -250,6 +277,13 @@ def remesh_manifest(
     # What is wrong for all meshes is said before any work.
     _native.check(words(n, dict(options), "remesh_manifest"))
     check_numbers(workers, gpus_per_worker, cpus_per_worker, batch_size)
+    truth(progress, "progress")
+    for name, path in (("manifest", manifest), ("out", out)):
+        if not isinstance(path, (str, os.PathLike)):
+            raise InputError(f"`{name}` is {short(path)}; give a path")
+    if not isinstance(suffix, str) or not suffix.startswith("."):
+        raise InputError(f"`suffix` is {short(suffix)}; give an extension such as '.ply'")
+    check_device(device)
     folder = Path(out).absolute()
     check_output(folder, suffix)
     listing = Manifest.open(manifest)
