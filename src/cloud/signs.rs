@@ -24,17 +24,24 @@ const SHARE: f64 = 0.03;
 /// Of two sheets back to back, opposite points lie in front of each other, each on its own side. Where signs
 /// are wrong, half of them do, so that at least this share of the opposite pairs does not.
 const CROSSED: f64 = 0.35;
-/// Two areas disagree if at least this many times the root of the samples in the smaller one are opposite to
-/// samples of the other: about half of those along the rim of a round one.
-const RIM: f64 = 1.0;
-/// And if the smaller one has at least this share of the samples.
+/// An area counts if it has at least this share of the samples.
 const AREA: f64 = 0.005;
 /// Pairs at least as sure join samples to areas.
 const JOINS: f64 = 0.6;
 /// Samples between two polls.
 const CHUNK: usize = 1 << 9;
 
-/// Pairs of neighbours.
+/// Two points that are near each other and surely agree or do not.
+#[derive(Clone, Copy)]
+struct NearPair {
+    ends: [u32; 2],
+    /// See [`agreement`].
+    agreement: f64,
+    /// Whether each is in front of the other.
+    is_apart: bool,
+}
+
+/// Numbers of pairs of neighbours.
 #[derive(Clone, Copy, Default)]
 struct Pairs {
     /// With normals that agree.
@@ -58,101 +65,88 @@ pub(super) fn normals_disagree(cloud: &PointCloud, progress: &ProgressToken) -> 
         return Ok(false);
     }
     let points: Vec<DVec3> = cloud.points.iter().map(|p| *p - *origin).collect();
-    let tree = KdTree::new(&points);
     let samples: Vec<u32> = (0..points.len() as u32).step_by(points.len().div_ceil(SAMPLES)).collect();
-    let chunks = samples.par_chunks(CHUNK).map(|samples| {
-        progress.poll()?;
-        let (mut pairs, mut found) = (Pairs::default(), Vec::new());
-        for own in samples {
-            tree.nearest_few(points[*own as usize], PAIRS + 1, &mut found);
-            for (_, other) in found.iter().filter(|(_, other)| other != own) {
-                pairs.count([*own, *other].map(|i| (points[i as usize], cloud.normals[i as usize])));
-            }
-        }
-        Ok(pairs)
-    });
-    let pairs = chunks.try_reduce(Pairs::default, |a, b| Ok(a.plus(b)))?;
+    let near = near_pairs(&points, &cloud.normals, &samples, progress)?;
+    let mut all = Pairs::default();
+    near.iter().for_each(|pair| all.count(pair));
     // Of pairs with a wrong sign, as many are in front of each other as behind.
-    let wrong = 2.0 * pairs.crossed as f64;
-    if wrong > SHARE * (pairs.agree as f64 + wrong) && pairs.are_of_one_sheet() {
+    let wrong = 2.0 * all.crossed as f64;
+    if wrong > SHARE * (all.agree as f64 + wrong) && all.are_of_one_sheet() {
         return Ok(true);
     }
+    if samples.len() == points.len() {
+        return Ok(areas_disagree(points.len(), &near));
+    }
     let of = |list: &[DVec3]| samples.iter().map(|i| list[*i as usize]).collect::<Vec<DVec3>>();
-    areas_disagree(&of(&points), &of(&cloud.normals), progress)
+    let numbers: Vec<u32> = (0..samples.len() as u32).collect();
+    let near = near_pairs(&of(&points), &of(&cloud.normals), &numbers, progress)?;
+    Ok(areas_disagree(samples.len(), &near))
 }
 
-/// Whether the normals of a whole area are opposite to those around it: few pairs tell, those along its rim.
-fn areas_disagree(points: &[DVec3], normals: &[DVec3], progress: &ProgressToken) -> Result<bool> {
+/// The samples with their nearest points, as far as they say anything.
+fn near_pairs(
+    points: &[DVec3],
+    normals: &[DVec3],
+    samples: &[u32],
+    progress: &ProgressToken,
+) -> Result<Vec<NearPair>> {
     let tree = KdTree::new(points);
-    let all: Vec<u32> = (0..points.len() as u32).collect();
-    let near = all.par_chunks(CHUNK).map(|samples| {
+    let at = |i: u32| (points[i as usize], normals[i as usize].normalize_or_zero());
+    let chunks = samples.par_chunks(CHUNK).map(|samples| {
         progress.poll()?;
         let (mut pairs, mut found) = (Vec::new(), Vec::new());
         for own in samples {
             tree.nearest_few(points[*own as usize], PAIRS + 1, &mut found);
             for (_, other) in found.iter().filter(|(_, other)| other != own) {
-                let [(p, m), (q, n)] =
-                    [*own, *other].map(|i| (points[i as usize], normals[i as usize].normalize_or_zero()));
-                let sure = agreement(p, m, q, n);
-                if p != q && sure.abs() >= SURE {
-                    pairs.push((*own, *other, sure, (p - q).dot(m - n) > 0.0));
+                let ((p, m), (q, n)) = (at(*own), at(*other));
+                let agreement = agreement(p, m, q, n);
+                if p != q && agreement.abs() >= SURE {
+                    let is_apart = (p - q).dot(m - n) > 0.0;
+                    pairs.push(NearPair { ends: [*own, *other], agreement, is_apart });
                 }
             }
         }
         Ok(pairs)
     });
-    let near: Vec<Vec<(u32, u32, f64, bool)>> = near.collect::<Result<_>>()?;
-    let mut areas = Partition::new(points.len());
-    let pairs = || near.iter().flatten();
-    pairs().filter(|(_, _, sure, _)| *sure >= JOINS).for_each(|(a, b, ..)| areas.join(*a, *b));
-    let mut sizes = vec![0_usize; points.len()];
-    all.iter().for_each(|i| sizes[areas.root(*i) as usize] += 1);
+    let chunks: Vec<Vec<NearPair>> = chunks.collect::<Result<_>>()?;
+    Ok(chunks.concat())
+}
+
+/// Whether the normals of a whole area are opposite to those around it: few pairs tell, those along its rim.
+fn areas_disagree(samples: usize, near: &[NearPair]) -> bool {
+    let mut areas = Partition::new(samples);
+    near.iter()
+        .filter(|pair| pair.agreement >= JOINS)
+        .for_each(|pair| areas.join(pair.ends[0], pair.ends[1]));
+    let mut sizes = vec![0_usize; samples];
+    (0..samples as u32).for_each(|i| sizes[areas.root(i) as usize] += 1);
     let mut rims: HashMap<(u32, u32), Pairs> = HashMap::new();
-    for (a, b, sure, is_apart) in pairs() {
-        let between = edge_key(areas.root(*a), areas.root(*b));
-        if between.0 != between.1 {
-            let count = rims.entry(between).or_default();
-            match (*sure > 0.0, is_apart) {
-                (true, _) => count.agree += 1,
-                (false, true) => count.apart += 1,
-                (false, false) => count.crossed += 1,
-            }
+    for pair in near {
+        let [a, b] = pair.ends.map(|i| areas.root(i));
+        if a != b {
+            rims.entry(edge_key(a, b)).or_default().count(pair);
         }
     }
-    Ok(rims.into_iter().any(|((a, b), pairs)| {
+    rims.into_iter().any(|((a, b), pairs)| {
         let smaller = sizes[a as usize].min(sizes[b as usize]) as f64;
-        let is_rim = pairs.crossed as f64 >= RIM * smaller.sqrt() && pairs.crossed > pairs.agree;
-        smaller >= AREA * points.len() as f64 && is_rim && pairs.are_of_one_sheet()
-    }))
+        // A round area has several times as many pairs along its rim.
+        let is_rim = pairs.crossed as f64 >= smaller.sqrt() && pairs.crossed > pairs.agree;
+        smaller >= AREA * samples as f64 && is_rim && pairs.are_of_one_sheet()
+    })
 }
 
 impl Pairs {
-    fn count(&mut self, [(p, m), (q, n)]: [(DVec3, DVec3); 2]) {
-        let (m, n) = (m.normalize_or_zero(), n.normalize_or_zero());
-        let agreement = agreement(p, m, q, n);
-        if p == q || agreement.abs() < SURE {
-            return;
-        }
-        if agreement > 0.0 {
-            self.agree += 1;
-        } else if (p - q).dot(m - n) > 0.0 {
-            self.apart += 1;
-        } else {
-            self.crossed += 1;
+    fn count(&mut self, pair: &NearPair) {
+        match (pair.agreement > 0.0, pair.is_apart) {
+            (true, _) => self.agree += 1,
+            (false, true) => self.apart += 1,
+            (false, false) => self.crossed += 1,
         }
     }
 
     /// Whether the opposite ones are not of two sheets back to back.
     fn are_of_one_sheet(self) -> bool {
         self.crossed as f64 > CROSSED * (self.apart + self.crossed) as f64
-    }
-
-    fn plus(self, other: Self) -> Self {
-        Self {
-            agree: self.agree + other.agree,
-            apart: self.apart + other.apart,
-            crossed: self.crossed + other.crossed,
-        }
     }
 }
 

@@ -61,11 +61,11 @@ impl Mending<'_> {
         if start < MIN_GAIN {
             return false;
         }
-        self.cost.sort_dearest_first(&mut sides, here);
         let (normal, left) = mesh.normal(v);
         if left < TIP {
             return false;
         }
+        self.cost.sort_dearest_first(&mut sides, here);
         let up = normal.normalize_or_zero();
         let across = up.any_orthonormal_vector();
         let along = up.cross(across);

@@ -57,12 +57,8 @@ impl DeviationSummary {
     /// If it is not as small as asked for; with a number of vertices given, what would do.
     pub(super) fn warning(&self, vertices: usize) -> Option<String> {
         let Self { asked, reached, enough, .. } = self;
-        let remedy = match vertices {
-            0 => String::new(),
-            _ => {
-                enough.map_or_else(String::new, |enough| format!(": about {enough} vertices would reach it"))
-            }
-        };
+        let remedy = (enough.filter(|_| vertices > 0))
+            .map_or_else(String::new, |enough| format!(": about {enough} vertices would reach it"));
         let problem =
             format!("the deviation is {reached:.4} % of the input's diagonal instead of {asked:.4} %");
         (!self.is_reached).then(|| problem + &remedy)

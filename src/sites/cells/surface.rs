@@ -92,10 +92,12 @@ impl<'a> CellSurface<'a> {
         if from_centre <= distance * distance {
             return true;
         }
+        if from_centre > (distance + ball.w).powi(2) {
+            return false;
+        }
         let is_near = |p: DVec3| p.distance_squared(at) <= distance * distance;
         let corners = self.corners(t);
-        from_centre <= (distance + ball.w).powi(2)
-            && (corners.into_iter().any(is_near) || is_near(closest_on_triangle(at, corners).point))
+        corners.into_iter().any(is_near) || is_near(closest_on_triangle(at, corners).point)
     }
 
     fn ball(&self, t: u32) -> DVec4 {
