@@ -2,7 +2,7 @@
 
 use super::heading::INPUT;
 use super::progress::patience;
-use super::terminal::tell;
+use super::terminal::{check_standard_output, tell};
 use crate::error::{escaped, shown};
 use anyhow::Result;
 use rtfmesh::io;
@@ -111,10 +111,7 @@ impl<'a> Target<'a> {
             let problem = "standard output has no extension that determines the format";
             return Err(Error::usage(problem, "add --format, for example --format ply"));
         };
-        if is_lost(&std::io::stdout()) {
-            let problem = "standard output is closed, or /dev/null for reading and writing";
-            return Err(Error::usage(problem, "redirect standard output to a file or a pipe"));
-        }
+        check_standard_output()?;
         let for_people = encoding.format.is_written_as_text() && !encoding.gzip;
         if !for_people && std::io::stdout().is_terminal() {
             let problem = format!("{encoding} is binary and cannot be printed to a terminal");
@@ -172,21 +169,6 @@ impl<'a> Target<'a> {
         }
         Ok(())
     }
-}
-
-/// Whether nothing that is written gets anywhere. Rust puts `/dev/null`, open for reading and writing, in
-/// place of a closed standard output; what a shell redirects to `/dev/null` is open for writing alone.
-#[cfg(unix)]
-fn is_lost(out: &std::io::Stdout) -> bool {
-    use rustix::fs::{OFlags, fcntl_getfl, fstat, stat};
-    let both = fcntl_getfl(out).is_ok_and(|flags| flags & OFlags::ACCMODE == OFlags::RDWR);
-    let devices = (fstat(out).map(|file| file.st_rdev), stat("/dev/null").map(|null| null.st_rdev));
-    both && matches!(devices, (Ok(out), Ok(null)) if out == null && null != 0)
-}
-
-#[cfg(not(unix))]
-fn is_lost(_: &std::io::Stdout) -> bool {
-    false
 }
 
 #[cfg(test)]

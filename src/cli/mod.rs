@@ -41,7 +41,7 @@ use rtfmesh::Error;
 use rtfmesh::io::Encoding;
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
-use terminal::tell;
+use terminal::{check_standard_output, tell};
 
 /// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly N vertices.
 #[derive(Parser)]
@@ -203,8 +203,12 @@ fn no_command(error: &clap::Error) -> u8 {
     let text = error.render().to_string();
     if !text.starts_with("error:") {
         // Help goes to standard output if it was asked for, else to standard error as the error that it is.
-        let printed = error.print();
-        return if error.use_stderr() || printed.is_err() { 2 } else { 0 };
+        if error.use_stderr() {
+            let _ = error.print();
+            return 2;
+        }
+        let printed = check_standard_output().map_err(Into::into).and_then(|()| Ok(error.print()?));
+        return tell_outcome(printed.map(|()| 0));
     }
     // Clap puts tips in paragraphs of their own, and the usage last.
     let sentences = text.split("\n\n").take_while(|part| !part.starts_with("Usage:"));

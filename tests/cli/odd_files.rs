@@ -1,6 +1,7 @@
 //! Files with odd names, modes and kinds, as inputs and outputs of the program.
 
 use std::os::unix::fs::{PermissionsExt, symlink};
+use std::path::Path;
 
 use predicates::prelude::*;
 
@@ -108,13 +109,36 @@ fn a_closed_standard_output_is_an_error_and_a_closed_pipe_is_none() {
         command.env("RTFMESH_CACHE_DIR", place.cache.path()).output().unwrap()
     };
     let run = format!("\"{}\" remesh in.ply - --format off {QUICK}", program.display());
-    let closed = shell(format!("{run} >&-"));
-    let told = String::from_utf8(closed.stderr).unwrap();
-    assert!(closed.status.code() == Some(2) && told.contains("standard output is closed"), "{told}");
+    let others =
+        ["inspect in.ply", "measure in.ply --json", "presets", "sample", "--help", "--version", "man"];
+    let others = others.map(|words| format!("\"{}\" {words}", program.display()));
+    for line in others.iter().chain([&run]) {
+        let closed = shell(format!("{line} >&-"));
+        let told = String::from_utf8(closed.stderr).unwrap();
+        assert!(
+            closed.status.code() == Some(2) && told.contains("standard output is closed"),
+            "{line}: {told}"
+        );
+        if Path::new("/dev/full").exists() {
+            let full = shell(format!("{line} >/dev/full"));
+            let told = String::from_utf8(full.stderr).unwrap();
+            assert!(full.status.code() == Some(1) && told.starts_with("error: "), "{line}: {told}");
+        }
+    }
     assert_eq!(shell(format!("{run} >/dev/null")).status.code(), Some(0));
     let headed = shell(format!("{{ {run} -q; echo $? >code; }} | head -n 0"));
     assert_eq!(String::from_utf8(headed.stderr).unwrap(), "");
     assert_eq!(place.bytes("code"), b"0\n");
+}
+
+#[test]
+fn the_log_of_a_batch_is_no_device() {
+    let place = Place::with("box");
+    for log in ["/dev/zero", "/dev/null", "."] {
+        let told = predicate::str::contains("this is not a regular file");
+        place.program(&format!("batch in.ply --out out --log {log} {QUICK}")).assert().code(1).stderr(told);
+    }
+    assert_eq!(std::fs::read_dir(place.path("out")).unwrap().count(), 0);
 }
 
 #[test]
