@@ -42,7 +42,7 @@ const FOLDED: f64 = 168.0;
 const FOLDED_BEFORE: f64 = 160.0;
 /// Components with at most this many vertices are checked for parts that face inwards, although they are no
 /// closer to the input that way.
-const FEW: usize = 24;
+const FEW: usize = 64;
 /// A component faces inwards if at least this fraction of its area does.
 const INWARDS: f64 = 1.0 / 3.0;
 
@@ -239,12 +239,16 @@ impl Shapes<'_> {
             parts.join(*a, *b);
             parts.join(*a, *c);
         });
+        let roots: Vec<u32> = (0..result.vertices.len() as u32).map(|v| parts.root(v)).collect();
+        let mut vertices = vec![0; roots.len()];
+        roots.iter().for_each(|root| vertices[*root as usize] += 1);
         let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        for (t, face) in result.triangles.iter().enumerate() {
-            faces.entry(parts.root(face[0])).or_default().push(t);
+        for (t, [a, ..]) in result.triangles.iter().enumerate() {
+            let root = roots[*a as usize];
+            if vertices[root as usize] <= FEW {
+                faces.entry(root).or_default().push(t);
+            }
         }
-        // A closed surface without handles has twice as many faces as vertices, less four.
-        faces.retain(|_, faces| faces.len() <= 2 * FEW - 4);
         if faces.is_empty() {
             return None;
         }
@@ -295,15 +299,28 @@ mod tests {
     use crate::mesh::topology::topology;
     use crate::{Options, ProgressToken, TriMesh};
     use glam::DVec3;
+    use std::f64::consts::PI;
 
     /// The warnings of distance, volume and angles.
     fn warnings(input: &TriMesh, result: &TriMesh, feature_angle: f64) -> [Option<String>; 3] {
+        with_shapes(input, result, feature_angle, |shapes| {
+            let distance = shapes.distance_warning(&ProgressToken::default()).unwrap();
+            [distance, shapes.volume_warning(), shapes.angle_warning()]
+        })
+    }
+
+    fn with_shapes<T>(
+        input: &TriMesh,
+        result: &TriMesh,
+        feature_angle: f64,
+        warn: impl Fn(&Shapes) -> T,
+    ) -> T {
         let (topology, measures) = (topology(input), measure(result, None).unwrap());
         let (lo, hi) = input
             .vertices
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
-        let shapes = Shapes {
+        warn(&Shapes {
             options: &Options::new(100).feature_angle(feature_angle),
             input: (input, &topology),
             result: (result, &measures),
@@ -311,9 +328,7 @@ mod tests {
             metric: None,
             spacing: 0.1 * lo.distance(hi),
             diagonal: lo.distance(hi),
-        };
-        let distance = shapes.distance_warning(&ProgressToken::default()).unwrap();
-        [distance, shapes.volume_warning(), shapes.angle_warning()]
+        })
     }
 
     fn scaled(mesh: &TriMesh, by: DVec3) -> TriMesh {
@@ -343,6 +358,34 @@ mod tests {
         let used = repair(&half).unwrap().mesh;
         assert!(warnings(&input, &used, 40.0)[0].as_ref().unwrap().contains("away"));
         assert_eq!(warnings(&input, &input, 40.0)[0], None);
+    }
+
+    #[test]
+    fn a_small_component_that_faces_inwards_is_warned_of_with_its_share() {
+        // A prism of 20 sides.
+        let at = |k: u32| DVec3::new((f64::from(k) * 0.1 * PI).cos(), (f64::from(k) * 0.1 * PI).sin(), 0.0);
+        let vertices = (0..40).map(|k| at(k % 20) + DVec3::Z * f64::from(k / 20)).collect();
+        let sides =
+            (0..20).flat_map(|k| [[k, (k + 1) % 20, k + 20], [(k + 1) % 20, (k + 1) % 20 + 20, k + 20]]);
+        let ends = (1..19).flat_map(|k| [[0, k + 1, k], [20, k + 20, k + 21]]);
+        let input = TriMesh { vertices, triangles: sides.chain(ends).collect() };
+        let flipped = |count: usize| {
+            let mut mesh = input.clone();
+            mesh.triangles.iter_mut().take(count).for_each(|face| face.swap(0, 1));
+            mesh
+        };
+        // The sides have most of the area.
+        let many = 30;
+        let said = |result: &TriMesh| with_shapes(&input, result, 40.0, |shapes| shapes.inwards_warning());
+        assert!(said(&flipped(many)).unwrap().contains("of a component's area"));
+        assert_eq!((said(&flipped(5)), said(&input)), (None, None));
+        // Next to a large component, too.
+        let mut both = flipped(many);
+        let large = sample("torus").unwrap();
+        let first = both.vertices.len() as u32;
+        both.vertices.extend(large.vertices.iter().map(|p| *p + DVec3::splat(100.0)));
+        both.triangles.extend(large.triangles.iter().map(|face| face.map(|v| v + first)));
+        assert!(said(&both).is_some());
     }
 
     #[test]
