@@ -9,6 +9,7 @@ mod file;
 mod format;
 mod gltf;
 mod gzip;
+mod image_type;
 mod loaded;
 mod lzf;
 mod medit;

@@ -137,16 +137,3 @@ fn has_scheme(name: &str) -> bool {
         scheme.starts_with(|c: char| c.is_ascii_alphabetic()) && scheme.chars().all(is_of_scheme)
     })
 }
-
-/// The media type of an image, by its first bytes; `None` if glTF cannot have images of this type.
-pub(crate) fn image_type(bytes: &[u8]) -> Option<&'static str> {
-    let kinds: [(&[u8], &str); 3] = [
-        (b"\x89PNG\r\n\x1a\n", "image/png"),
-        (b"\xff\xd8\xff", "image/jpeg"),
-        (b"\xabKTX 20\xbb\r\n", "image/ktx2"),
-    ];
-    let webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
-    let avif = matches!(bytes.get(4..12), Some(b"ftypavif" | b"ftypavis"));
-    let known = kinds.into_iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, mime)| mime);
-    known.or(webp.then_some("image/webp")).or(avif.then_some("image/avif"))
-}

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rand::{Rng, RngExt};
 
-use super::{reading, references, repairing};
+use super::{images, reading, references, repairing};
 use crate::support::rng;
 
 /// The seeds of a target, by name.
@@ -61,6 +61,16 @@ fn bytes_as_files() {
 #[test]
 fn bytes_as_addresses_of_files() {
     replay("references", references::check, 6000);
+}
+
+#[test]
+fn bytes_as_images() {
+    replay("images", images::check, 6000);
+    let expected = [Some("avif"), Some("jpeg"), Some("jpeg"), Some("ktx2"), Some("png"), None, None];
+    let expected = expected.into_iter().chain([Some("webp"); 3]);
+    for (seed, kind) in seeds("images").iter().zip(expected) {
+        assert_eq!(images::media_type(seed), kind.map(|kind| format!("image/{kind}")));
+    }
 }
 
 #[test]

@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 use std::f64::consts::PI;
 use std::path::Path;
 
-use crate::support::files::base64;
 use crate::support::painted::{GLB, add, checker, globe, halves, one, sphere, split, textured, uri};
 use crate::support::place::Place;
 use crate::support::store_glb;
@@ -223,7 +222,7 @@ fn extensions_of_materials_are_kept_and_others_noted() {
     assert_eq!(texture.texture_transform().unwrap().offset(), [0.5, 0.25]);
     // Image types that not all programs can read.
     parts["textures"][1] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
-    parts["images"][0] = json!({ "uri": format!("data:;base64,{}", base64(b"RIFF\x04\0\0\0WEBP")) });
+    parts["images"][0] = json!({ "uri": uri(include_bytes!("../../fuzz/seeds/images/webp-lossy")) });
     let loaded = read(&sphere(one, parts));
     let (json, _) = split(&encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap());
     assert_eq!(json["textures"], json!([{ "extensions": { "EXT_texture_webp": { "source": 0 } } }]));

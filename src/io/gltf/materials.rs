@@ -10,8 +10,8 @@ use serde_json::{Map, Value, json};
 use super::accessors::{Buffers, Content};
 use crate::grammar::counted;
 use crate::io::checks::excerpt;
+use crate::io::image_type::image_type;
 use crate::io::loaded::Loaded;
-use crate::io::references::image_type;
 use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 

@@ -8,8 +8,9 @@ use serde_json::{Value, json};
 use super::logical_lines::logical_lines;
 use crate::grammar::counted;
 use crate::io::checks::excerpt;
+use crate::io::image_type::image_type;
 use crate::io::loaded::Loaded;
-use crate::io::references::{References, image_type};
+use crate::io::references::References;
 use crate::mesh::attributes::{CLAMP, Image, Materials};
 use crate::{Error, Result};
 
@@ -286,18 +287,20 @@ impl Maker<'_> {
     fn image(&mut self, picture: &Picture) -> Result<Option<usize>> {
         let left = MAX_IMAGE_BYTES - self.image_bytes;
         let own_name = picture.name.rsplit('/').next().unwrap_or(&picture.name);
-        let mut leave_out = |problem: &str| {
-            self.notes.push(format!("the picture '{}' was left out: {problem}", excerpt(own_name)));
-            Ok(None)
-        };
         if self.materials.images.len() >= MOST_IMAGES {
-            return leave_out("there are too many");
+            return self.leave_out(own_name, "there are too many");
         }
         // Absolute paths are those of another machine: the file next to the library is meant.
         let named = self.references.read(&format!("{}{}", picture.folder, picture.name), left);
         let read = match named {
             Err(Error::Input { .. }) if own_name != picture.name => {
-                self.references.read(&format!("{}{own_name}", picture.folder), left).or(named)
+                let beside = self.references.read(&format!("{}{own_name}", picture.folder), left);
+                if let Ok(Some(_)) = beside {
+                    let names = [own_name, picture.name.as_str()].map(excerpt);
+                    self.notes
+                        .push(format!("the picture '{}' was read in place of '{}'", names[0], names[1]));
+                }
+                beside.or(named)
             }
             other => other,
         };
@@ -308,17 +311,23 @@ impl Maker<'_> {
                 let remedy = "make them smaller, or read the file without materials";
                 return Err(Error::input(Some(excerpt(own_name)), problem, remedy));
             }
-            Err(Error::Input { problem, .. }) => return leave_out(&problem),
+            Err(Error::Input { problem, .. }) => return self.leave_out(own_name, &problem),
             Err(other) => return Err(other),
         };
         // What a name claims is no matter: any other file could be given away as a picture.
         let Some(mime) = image_type(&bytes).filter(|mime| matches!(*mime, "image/png" | "image/jpeg")) else {
-            return leave_out("it is neither PNG nor JPEG; convert it");
+            return self.leave_out(own_name, "it is neither PNG nor JPEG; convert it");
         };
         self.image_bytes += bytes.len() as u64;
         let name = own_name.rsplit_once('.').map_or(own_name, |(stem, _)| stem);
         let bytes = bytes.to_vec().into();
         self.materials.images.push(Image { name: Some(name.to_owned()), mime: mime.to_owned(), bytes });
         Ok(Some(self.materials.images.len() - 1))
+    }
+
+    /// Notes a picture that is missing.
+    fn leave_out(&mut self, name: &str, problem: &str) -> Result<Option<usize>> {
+        self.notes.push(format!("the picture '{}' was left out: {problem}", excerpt(name)));
+        Ok(None)
     }
 }
