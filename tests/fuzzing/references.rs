@@ -1,26 +1,45 @@
-//! Any text as the address of a buffer: what lies outside the folder of the file is never read.
+//! Any text as the address of another file: what lies outside the folder of the file is never read.
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::LazyLock;
 
 use glam::DVec3;
 use rtfmesh::Error;
-use rtfmesh::io::read;
+use rtfmesh::io::{Input, Reader, read};
+
+/// An image with a single pixel, as the files inside and outside have it, told apart by its height.
+fn image(height: u8) -> Vec<u8> {
+    let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR\0\0\0\x01\0\0\0\0\x08\0\0\0\0\0\0\0\0".to_vec();
+    bytes[23] = height;
+    bytes
+}
+
+/// What the file called `name` holds; `size` differs between those that may be read and those that may not.
+fn content(name: &str, size: f32) -> Vec<u8> {
+    match name {
+        "p" => image(size as u8),
+        "m" => format!("newmtl m\nKd {} 0 0\n", 1.0 / size).into_bytes(),
+        // A triangle, or a volume of its 36 bytes.
+        _ => {
+            let corners = [[0.0, 0.0, 0.0], [size, 0.0, 0.0], [0.0, size, 0.0]];
+            corners.as_flattened().iter().flat_map(|value: &f32| value.to_le_bytes()).collect()
+        }
+    }
+}
 
 /// The folder `inside`, with files, folders and links out of it, next to the folder `outside`.
 static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let place = tempfile::tempdir().expect("there is room for temporary files");
     let path = |name: &str| place.path().join(name);
-    let triangle = |size: f32| {
-        let corners = [[0.0, 0.0, 0.0], [size, 0.0, 0.0], [0.0, size, 0.0]];
-        corners.as_flattened().iter().flat_map(|value: &f32| value.to_le_bytes()).collect::<Vec<u8>>()
+    let write = |file: String, name: &str, size: f32| {
+        std::fs::write(path(&file), content(name, size)).expect("files can be written");
     };
     for folder in ["outside", "inside/folder"] {
         std::fs::create_dir_all(path(folder)).expect("folders can be made");
-        std::fs::write(path(folder).join("b"), triangle(7.0)).expect("files can be written");
+        ["b", "p", "m"].iter().for_each(|name| write(format!("{folder}/{name}"), name, 7.0));
     }
-    for name in ["inside/a", "inside/folder/b", "inside/c d", "inside/..b"] {
-        std::fs::write(path(name), triangle(1.0)).expect("files can be written");
+    for name in ["a", "folder/b", "c d", "..b", "p", "m", "folder/p", "folder/m"] {
+        write(format!("inside/{name}"), name.rsplit('/').next().unwrap_or(name), 1.0);
     }
     #[cfg(unix)]
     for (to, name) in [("../outside", "inside/o"), ("../outside/b", "inside/l"), ("folder", "inside/f")] {
@@ -29,27 +48,98 @@ static PLACE: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     place
 });
 
-/// Reads a scene whose buffer has these bytes as its address.
+/// Reads files with these bytes as the address of another: of a buffer, an image, a material library, a
+/// picture, the values of a volume.
 pub fn check(data: &[u8]) {
     let address = String::from_utf8_lossy(data);
-    let scene = serde_json::json!({
+    check_buffer(&address);
+    check_image(&address);
+    check_library(&address);
+    check_picture(&address);
+    check_values(&address);
+}
+
+/// A file in the folder `inside`, with this content.
+fn with_file<T>(name: &str, text: &str, read: impl Fn(&Path) -> rtfmesh::Result<T>) -> Option<T> {
+    let path = PLACE.path().join("inside").join(name);
+    std::fs::write(&path, text).expect("files can be written");
+    match read(&path) {
+        Ok(found) => Some(found),
+        Err(error @ Error::Input { .. }) => {
+            let line = error.to_string();
+            assert!(!line.contains(char::is_control) && line.contains(&format!("{name}: ")), "{line:?}");
+            None
+        }
+        Err(other) => panic!("{other:?}"),
+    }
+}
+
+/// A scene of one triangle.
+fn scene(buffer: &str) -> serde_json::Value {
+    serde_json::json!({
         "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
         "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
         "accessors": [{ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 3 }],
         "bufferViews": [{ "buffer": 0, "byteLength": 36 }],
-        "buffers": [{ "byteLength": 36, "uri": address }],
-    });
-    let path: PathBuf = PLACE.path().join("inside/in.gltf");
-    std::fs::write(&path, scene.to_string()).expect("files can be written");
-    match read(&path) {
-        Ok(loaded) => {
-            let expected = [DVec3::ZERO, DVec3::X, DVec3::Y];
-            assert!(address.starts_with("data:") || loaded.mesh.vertices == expected, "{address}");
-        }
-        Err(error @ Error::Input { .. }) => {
-            let line = error.to_string();
-            assert!(!line.contains(char::is_control) && line.contains("in.gltf: "), "{line:?}");
-        }
-        Err(other) => panic!("{other:?}"),
-    }
+        "buffers": [{ "byteLength": 36, "uri": buffer }],
+    })
+}
+
+fn check_buffer(address: &str) {
+    let Some(loaded) = with_file("in.gltf", &scene(address).to_string(), |path| read(path)) else { return };
+    let expected = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    assert!(address.starts_with("data:") || loaded.mesh.vertices == expected, "{address}");
+}
+
+fn with_materials(path: &Path) -> rtfmesh::Result<rtfmesh::io::Loaded> {
+    Reader::new().materials(true).read(path)
+}
+
+/// That images are those inside.
+fn check_images(loaded: &rtfmesh::io::Loaded, address: &str) {
+    let images = loaded.attributes.materials.iter().flat_map(|materials| materials.images());
+    images.for_each(|found| assert!(*found.bytes == *image(1) || address.starts_with("data:"), "{address}"));
+}
+
+fn check_image(address: &str) {
+    let mut scene = scene("a");
+    let primitive = &mut scene["meshes"][0]["primitives"][0];
+    primitive["material"] = 0.into();
+    primitive["attributes"]["TEXCOORD_0"] = 1.into();
+    let texture = serde_json::json!({ "bufferView": 0, "componentType": 5126, "type": "VEC2", "count": 3 });
+    scene["accessors"].as_array_mut().expect("a list").push(texture);
+    scene["materials"] =
+        serde_json::json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }]);
+    scene["textures"] = serde_json::json!([{ "source": 0 }]);
+    scene["images"] = serde_json::json!([{ "uri": address }]);
+    let loaded = with_file("image.gltf", &scene.to_string(), with_materials);
+    check_images(&loaded.expect("an image is left out"), address);
+}
+
+/// A triangle of the material `m`.
+fn painted(library: &str) -> String {
+    format!("mtllib {library}\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl m\nf 1/1 2/2 3/3\n")
+}
+
+fn check_library(address: &str) {
+    let Some(loaded) = with_file("in.obj", &painted(address), with_materials) else { return };
+    let materials = loaded.attributes.materials.map(|materials| format!("{materials:?}"));
+    // The red of the one outside.
+    assert!(!materials.is_some_and(|found| found.contains("0.142")), "{address}");
+}
+
+fn check_picture(address: &str) {
+    let library = PLACE.path().join("inside/in.mtl");
+    std::fs::write(library, format!("newmtl m\nmap_Kd {address}\n")).expect("files can be written");
+    let Some(loaded) = with_file("picture.obj", &painted("in.mtl"), with_materials) else { return };
+    check_images(&loaded, address);
+}
+
+fn check_values(address: &str) {
+    let header =
+        format!("NRRD0004\ntype: uint8\ndimension: 3\nsizes: 3 3 4\nencoding: raw\ndata file: {address}\n");
+    let read = |path: &Path| Reader::new().read_any(path);
+    let Some(Input::Volume(volume)) = with_file("in.nhdr", &header, read) else { return };
+    let bytes: Vec<u8> = volume.values.iter().map(|value| *value as u8).collect();
+    assert_ne!(bytes, content("b", 7.0), "{address}");
 }

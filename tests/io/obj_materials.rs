@@ -87,6 +87,8 @@ fn what_cannot_be_read_is_noted() {
     for name in ["C:\\art\\oak.png", "/home/me/oak.png", "textures/oak.png"] {
         let loaded = loaded(&format!("newmtl oak wood\nmap_Kd {name}\n"));
         assert_eq!(loaded.attributes.materials.unwrap().images().len(), 1, "{name}");
+        let told = format!("the picture 'oak.png' was read in place of '{}'", name.replace('\\', "/"));
+        assert!(loaded.notes.contains(&told), "{:?}", loaded.notes);
     }
     let place = place("newmtl oak wood\n");
     std::fs::write(place.path("windows.obj"), SQUARE.replace("looks/some.mtl", r".\looks\some.mtl")).unwrap();
