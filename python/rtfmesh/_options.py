@@ -10,7 +10,38 @@ from numpy.typing import ArrayLike
 
 
 class Research(TypedDict, total=False):
-    """Settings of methods that are there for comparison, and of the paper's."""
+    """Settings of methods that are there for comparison, and of the paper's.
+
+    preset : {"default", "rtf", "rpf", "rvc", "rvd", "cvd", "mps"}
+        Method: default, or another that `rtfmesh presets` describes. The others are the method of a paper
+        and those it compares with. They have further settings.
+    face : {"tangent", "power", "exact"}
+        Kind of cell.
+    seeding : {"random", "stratified", "poisson"}
+        Initial positions of the vertices.
+    normals : {"fit", "surface", "cloud"}
+        Source of the tangent planes of tangent and power cells.
+    projection : {"nearest-vertices", "walk", "exact", "plane"}
+        Projection of the vertices back onto the surface, with tangent and power cells.
+    neighbours : {"brute", "lists"}
+        Search for the nearest vertices, with tangent and power cells; the result is the same.
+    centroid : {"corners", "weighted-corners", "area"}
+        Point of its tangent or power cell to which a vertex moves.
+    k_normal : int
+        With `normals` fit: number of vertices, including the vertex itself, to which its plane is fitted, 3
+        to 49.
+    k_clip : int
+        Number of nearest vertices that clip a tangent or power cell, 3 to 48.
+    k_project : int
+        Number of nearest input vertices for `projection` nearest-vertices or `normals` cloud, 1 to 48.
+    offset : float, 0 to 20
+        Distance between the shadow sites of power cells and their sites, in edge lengths.
+    momentum : float
+        With exact cells: fraction of the previous motion that is added to a step, 0 to below 1.
+    lbfgs : int, 0 or above
+        With exact cells and no momentum: number of steps that L-BFGS remembers, such as 7; 0 is Lloyd's
+        iteration.
+    """
 
     preset: Literal["default", "rtf", "rpf", "rvc", "rvd", "cvd", "mps"] | None
     """Method: default, or another that `rtfmesh presets` describes. The others are the method of a paper
@@ -44,7 +75,123 @@ class Research(TypedDict, total=False):
 
 
 class Options(TypedDict, total=False):
-    """All options of `remesh`, of which none must be given; None is as if it were not."""
+    """All options of `remesh`. Each may be left out; None stands for its default.
+
+    n_faces : int, 4 or above
+        Number of triangles, such as 20k (instead of `n`). If Euler's formula allows no mesh of so many,
+        there are one or two fewer, and a note says so: closed surfaces have an even number of triangles.
+    edge_length : float | str, above 0
+        Target edge length, in input units or as % of the diagonal (instead of `n`). With `refine`, the one
+        outside of its parts.
+    ratio : float, above 0
+        Vertex count as a fraction of the input's (instead of `n`). The input's vertices are counted after
+        `weld` and `min_component`.
+    quality : {"draft", "normal", "best"}
+        Speed or quality [default: normal].
+    fit : bool
+        With False: keep vertices exactly on the input surface. By default they may leave it slightly,
+        because triangles then fit the surface better.
+    symmetric : {"x", "y", "z", "auto"}
+        Make the result its own mirror image along x, y, z or auto, the best of these. The input must be
+        symmetric within 0.1 % of the diagonal, about the middle of its bounding box.
+    min_angle : float, degrees
+        Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
+        the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well.
+    local : bool
+        Remesh everything by local operations on the CPU. Local operations are edge splits, collapses and
+        flips. By default they remesh only the components for which the Voronoi method fails.
+    iterations : int, 0 to 1000000
+        Maximum iterations at full resolution [default: by `quality`: 5, 10 or 80]. Presets other than
+        default run 160 iterations, mps none.
+    tolerance : float, 0 or above
+        Stop when the mean step is below this many edge lengths [default: 1e-4]. The mean is the root mean
+        square over all vertices.
+    seed : int, 0 or above
+        Seed of the random start [default: 1]. The same seed, options, device and input give the same bytes.
+    feature_angle : float, above 0, at most 180 degrees
+        Keep edges sharper than this angle; 180 disables [default: 40]. The angle is the one by which the
+        surface turns. Boundaries and edges with more than two triangles are always kept.
+    features : str | os.PathLike[str] | ArrayLike
+        Also keep the polylines in this OBJ file; they must follow input edges. Or an array (L, 2): the
+        edges between these vertices.
+    fixed_points : str | os.PathLike[str] | ArrayLike
+        Make vertices of the points in this file, exactly. In any format that can be read; of a mesh, its
+        vertices count. Or an array (K, 3).
+    keep_boundary : bool
+        Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match.
+    keep : str | Sequence[str] | ArrayLike
+        Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME. A label,
+        group or material of triangles, or an attribute of triangles or vertices that is not 0 on them. May
+        be a list. The number of vertices is that of the whole result. Or an array: booleans for faces or
+        for vertices, or indices of faces.
+    only : str | Sequence[str] | ArrayLike
+        Remesh only these triangles, and keep all others untouched; given as for `keep`.
+    sizing : str | ArrayLike
+        Edge lengths: auto, uniform, curvature, anisotropic or property:NAME [default: auto]. auto: equal,
+        but shorter around places that equal edges would miss, such as narrow folds, and on the fillets and
+        small holes of CAD parts; uniform: equal everywhere, the default with `quality` draft; curvature:
+        shorter where the surface is curved; anisotropic: also longer along the direction in which it bends
+        least, as along cylinders and fillets; property:NAME: proportional to this vertex attribute. The
+        preset rtf takes curvature and property:NAME as well. Or an array (V,), to which edge lengths are
+        proportional.
+    max_deviation : float | str, above 0
+        Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
+        percent of the diagonal. The distance is certified in both directions.
+    refine : str | Sequence[str]
+        Edges of this length in a part of the surface; may be a list. sphere:X,Y,Z,R=LENGTH: within R of a
+        point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes; label:NAME=LENGTH: on the triangles of
+        a label, group or material (label:ATTRIBUTE:VALUE for any other number of triangles). Lengths are in
+        input units or in percent of the diagonal. Around the part they change by `growth`, and with `n` the
+        rest gets the vertices that are left. Where parts overlap, the shortest length counts.
+    gradation : float
+        With `sizing` curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]. With 1,
+        triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere.
+    aspect : float
+        With `sizing` anisotropic: largest ratio of edge lengths in two directions, 1 to 100 [default: 8].
+    min_edge : float | str, above 0
+        Minimum edge length, in input units or e.g. 0.1% [default: 1/8 of the uniform length].
+    max_edge : float | str, above 0
+        Maximum edge length, in input units or e.g. 5% [default: 8 times the uniform length].
+    growth : float, above 0, at most 1
+        Maximum growth of the edge length per unit of distance along the surface [default: 0.25].
+    weld : float, 0 to below 1
+        Weld vertices closer than this fraction of the diagonal [default: 0]. This closes cracks. The
+        diagonal is that of the input's bounding box.
+    min_component : float, 0 to below 1
+        Remove components below this fraction of the input's area [default: 0].
+    smooth_boundary : float, 0 to below 1
+        Smooth ragged boundaries by at most this fraction of the diagonal [default: 0].
+    fill_holes : float | str, above 0
+        Fill holes up to this size across, in input units or as % of the diagonal. 100% fills all. A patch
+        follows the surface around its hole.
+    wrap : float | str, above 0
+        Remesh one closed surface around the outside; gaps below this are closed. In input units or as % of
+        the diagonal.
+    vertices_at_least : bool
+        Add vertices if N is too small for a valid mesh.
+    strict : bool
+        Fail if the result has a fault, such as a lost part or a new self-intersection. By default rtfmesh
+        writes its best mesh and warns.
+    keep_uv : bool
+        Keep texture seams and, in GLB, materials and images. No triangle crosses a seam then. Materials and
+        images are read from glTF, OBJ and 3MF.
+    keep_labels : bool | str | Sequence[str]
+        Keep the borders between materials, groups and other labels of triangles; a name, or a list of
+        names: of these alone. NAME may be any attribute of triangles.
+    smooth_labels : float, 0 to 10
+        Smooth ragged label borders by at most this many input edges, with `keep_labels` [default: 1]. 0
+        keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay.
+    no_attributes : bool
+        Leave out colours, normals, texture coordinates, labels and all other attributes.
+    time_limit : float, above 0 seconds
+        Finish within about this time with the best mesh found by then [default: none]. If not even the
+        input is read by then, the run fails.
+    accuracy : float
+        Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]. Relative to the
+        upper end. Gaps below 5e-7 of the diagonal always count as converged.
+    research : Research
+        Settings of other methods, such as {"preset": "rtf"}: those of `Research`.
+    """
 
     n_faces: int | None
     """Number of triangles, such as 20k (instead of `n`). If Euler's formula allows no mesh of so many,
@@ -85,37 +232,40 @@ class Options(TypedDict, total=False):
     """Keep edges sharper than this angle; 180 disables [default: 40]. The angle is the one by which the
     surface turns. Boundaries and edges with more than two triangles are always kept."""
     features: str | os.PathLike[str] | ArrayLike | None
-    """Also keep the polylines in this OBJ file; they must follow input edges."""
+    """Also keep the polylines in this OBJ file; they must follow input edges. Or an array (L, 2): the edges
+    between these vertices."""
     fixed_points: str | os.PathLike[str] | ArrayLike | None
     """Make vertices of the points in this file, exactly. In any format that can be read; of a mesh, its
     vertices count. A point farther from the surface than 0.01 % of the diagonal becomes the nearest point
-    of it, with a warning; one farther than 5 % is left out."""
+    of it, with a warning; one farther than 5 % is left out. Or an array (K, 3)."""
     keep_boundary: bool | None
     """Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match."""
     keep: str | Sequence[str] | ArrayLike | None
     """Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME. A label,
-    group or material of triangles, or an attribute of triangles or vertices that is not 0 on them. May be
-    given several times. The number of vertices is that of the whole result."""
+    group or material of triangles, or an attribute of triangles or vertices that is not 0 on them. May be a
+    list. The number of vertices is that of the whole result. Or an array: booleans for faces or for
+    vertices, or indices of faces."""
     only: str | Sequence[str] | ArrayLike | None
-    """Remesh only these triangles, and keep all others untouched; WHAT as for `keep`."""
+    """Remesh only these triangles, and keep all others untouched; given as for `keep`."""
     sizing: str | ArrayLike | None
     """Edge lengths: auto, uniform, curvature, anisotropic or property:NAME [default: auto]. auto: equal,
     but shorter around places that equal edges would miss, such as narrow folds, and on the fillets and
     small holes of CAD parts; uniform: equal everywhere, the default with `quality` draft; curvature:
     shorter where the surface is curved; anisotropic: also longer along the direction in which it bends
     least, as along cylinders and fillets; property:NAME: proportional to this vertex attribute. The preset
-    rtf takes curvature and property:NAME as well."""
+    rtf takes curvature and property:NAME as well. Or an array (V,), to which edge lengths are
+    proportional."""
     max_deviation: float | str | None
     """Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
     percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as
     few vertices as possible, found in several runs; with `n`, the distance is as small as N vertices allow.
     With `sizing` anisotropic, edges are longer one way than the other."""
     refine: str | Sequence[str] | None
-    """Edges of this length in a part of the surface; may be given several times. sphere:X,Y,Z,R=LENGTH:
-    within R of a point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes; label:NAME=LENGTH: on the
-    triangles of a label, group or material (label:ATTRIBUTE:VALUE for any other number of triangles).
-    Lengths are in input units or in percent of the diagonal. Around the part they change by `growth`, and
-    with `n` the rest gets the vertices that are left. Where parts overlap, the shortest length counts."""
+    """Edges of this length in a part of the surface; may be a list. sphere:X,Y,Z,R=LENGTH: within R of a
+    point; box:X0,Y0,Z0,X1,Y1,Z1=LENGTH: in a box along the axes; label:NAME=LENGTH: on the triangles of a
+    label, group or material (label:ATTRIBUTE:VALUE for any other number of triangles). Lengths are in input
+    units or in percent of the diagonal. Around the part they change by `growth`, and with `n` the rest gets
+    the vertices that are left. Where parts overlap, the shortest length counts."""
     gradation: float | None
     """With `sizing` curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]. With 1,
     triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above 1, edges
@@ -151,8 +301,8 @@ class Options(TypedDict, total=False):
     """Keep texture seams and, in GLB, materials and images. No triangle crosses a seam then. Materials and
     images are read from glTF, OBJ and 3MF."""
     keep_labels: bool | str | Sequence[str] | None
-    """Keep the borders between materials, groups and other labels of triangles; =NAME,NAME: of these alone.
-    NAME may be any attribute of triangles."""
+    """Keep the borders between materials, groups and other labels of triangles; a name, or a list of names:
+    of these alone. NAME may be any attribute of triangles."""
     smooth_labels: float | None
     """Smooth ragged label borders by at most this many input edges, with `keep_labels` [default: 1]. 0
     keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay."""
@@ -165,4 +315,4 @@ class Options(TypedDict, total=False):
     """Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]. Relative to the
     upper end. Gaps below 5e-7 of the diagonal always count as converged."""
     research: Research | None
-    """Settings of methods that are there for comparison, such as {"preset": "rtf"}."""
+    """Settings of other methods, such as {"preset": "rtf"}: those of `Research`."""

@@ -101,10 +101,8 @@ def remesh(
     device, device_memory
         As in `Remesher`. The device stays open for the next call.
     **options
-        All options of the command line under their names, with underscores: `edge_length=0.5` or "1%",
-        `ratio`, `max_deviation`, `quality="best"`, `feature_angle=30`, `keep_uv=True`, `seed=7`,
-        `time_limit=60` ... `Options` lists them. `sizing` may also be an array of shape (V,) to which edge
-        lengths are in proportion, and `features` an array of shape (L, 2): edges to keep, by their vertices.
+        All options of the command line under their names, with underscores, such as `edge_length="1%"`,
+        `quality="best"` or `keep_uv=True`: see below, or `help(rtfmesh.Options)`.
 
     Returns
     -------

@@ -7,7 +7,7 @@ import inspect
 import operator
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeGuard, TypeVar
 
@@ -100,14 +100,28 @@ ELSEWHERE = {
 TOLD = (*RESEARCH, "report")
 
 
+def near(name: str, known: Sequence[str], cutoff: float) -> str | None:
+    """The one of `known` that is most like a name, if one is at least as like it as `cutoff`, 0 to 1."""
+    return next(iter(difflib.get_close_matches(name, known, 1, cutoff)), None)
+
+
 def unknown_keyword(name: str, function: str, known: Iterable[str]) -> TypeError:
     """The exception for an argument that there is not, with the one of `known` that may be meant."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, 1, cutoff=0.7)
     meant = ELSEWHERE.get(name)
-    meant = meant if meant in known else (close[0] if close else None)
+    meant = meant if meant in known else near(name, known, 0.7)
     hint = f"; did you mean '{meant}'?" if meant else ""
     return TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
+
+
+# What `help` says of each option.
+TEXTS = {
+    entry.partition(" :")[0]: entry
+    for entry in re.split(r"\n(?=\S)", inspect.cleandoc(Options.__doc__ or "").partition("\n\n")[2])
+}
+# Where numpydoc has parameters that are rarely given.
+RETURNS = "\nReturns\n-------\n"
+OTHERS = "\nOther Parameters\n----------------\n"
 
 
 def keywords(function: Callable[P, R]) -> Callable[P, R]:
@@ -115,28 +129,56 @@ def keywords(function: Callable[P, R]) -> Callable[P, R]:
 
     `help` and the completion of notebooks show them; a `TypeError` suggests the argument that may be meant.
     """
-    signature = inspect.signature(function)
-    own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
-    names = [one.name for one in own if one.name != "self"]
-    has_options = len(own) < len(signature.parameters)
-    options = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
-        for name, kind in Options.__annotations__.items()
-        if has_options and name not in names
-    ]
-    known = [*names, *(option.name for option in options)]
-    allowed = {*known, *(TOLD if has_options else ())}
-    title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+    return keywords_without()(function)
 
-    @wraps(function)
-    def checked(*args: P.args, **given: P.kwargs) -> R:
-        for name in given:
-            if name not in allowed:
+
+def keywords_without(*refused: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """As `keywords`, without some options, which the function refuses with a reason of its own."""
+
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(function)
+        own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        names = [one.name for one in own if one.name != "self"]
+        has_options = len(own) < len(signature.parameters)
+        options = [
+            # The text of a type, as the annotations of other parameters are.
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation(kind))
+            for name, kind in Options.__annotations__.items()
+            if has_options and name not in (*names, *refused)
+        ]
+        known = [*names, *(option.name for option in options)]
+        allowed = {*known, *refused}
+        title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+
+        @wraps(function)
+        def checked(*args: P.args, **given: P.kwargs) -> R:
+            for name in given:
+                if name in allowed or (has_options and name in TOLD and not near(name, names, 0.8)):
+                    continue
                 raise unknown_keyword(name, title, known)
-        return function(*args, **given)
+            return function(*args, **given)
 
-    checked.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
-    return checked
+        checked.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[*own, *options]
+        )
+        checked.__doc__ = explained(function.__doc__, [option.name for option in options])
+        return checked
+
+    return decorate
+
+
+def annotation(kind: Any) -> Any:
+    """A type as it was written, if it has not been looked up."""
+    return getattr(kind, "__forward_arg__", kind)
+
+
+def explained(text: str | None, options: list[str]) -> str | None:
+    """The documentation of a function with what its options do, if it has a section of its own on results."""
+    entries = [TEXTS[name] for name in options if name in TEXTS]
+    if text is None or not entries:
+        return text
+    before, returns, after = inspect.cleandoc(text).partition(RETURNS)
+    return f"{before}{OTHERS}{chr(10).join(entries)}\n{returns}{after}" if returns else text
 
 
 def count(n: Any) -> int:

@@ -1,5 +1,6 @@
 """Meshes with baked textures."""
 
+import inspect
 import json
 import os
 import shutil
@@ -233,7 +234,12 @@ def test_places_of_points():
         ({"texture": 4}, "`texture` 4 is out of range; use 16 to 8192"),
         ({"texture": "2k"}, "`texture` is '2k'; give a whole number"),
         ({"normals": 1}, "`normals` is 1; use True or False"),
-        ({"keep_uv": True}, "`keep_uv` is not for assets"),
+        ({"keep_uv": True}, "`keep_uv` is not for assets; leave it out"),
+        ({"cells": True}, "`cells` is not for assets; leave it out"),
+        ({"n": 500}, "`n` is not for assets; `faces` says how many triangles"),
+        ({"edge_length": "5%"}, "`edge_length` is not for assets; `faces` says"),
+        ({"device": 1.5}, "`device` is 1.5; give"),
+        ({"distances": "yes"}, "`distances` is 'yes'; use True or False"),
         ({"faces": "many"}, "`faces` is 'many'; give a whole number"),
         ({"attributes": {"vertex": {"rgb": [[1, 2, 3]]}}}, "`attributes.vertex\\['rgb'\\]` has shape"),
         ({"attributes": {"uv": [[[0.0, 0.0]]]}}, "`attributes.uv` has shape"),
@@ -242,6 +248,46 @@ def test_places_of_points():
 def test_wrong_calls_are_told(keywords, says):
     with pytest.raises(rtfmesh.InputError, match=says):
         asset.make(rtfmesh.sample("torus"), **keywords)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        ("face", "faces"),
+        ("n_face", "faces"),
+        ("texture_size", "texture"),
+        ("normal", "normals"),
+        ("linear_colors", "linear_colours"),
+        ("feature_angel", "feature_angle"),
+        ("fill_hole", "fill_holes"),
+        ("devise", "device"),
+        ("progress_bar", "progress"),
+    ],
+)
+def test_near_names_are_suggested(wrong, meant):
+    with pytest.raises(TypeError) as raised:
+        asset.make("no such file.glb", **{wrong: 5})
+    says = f"make() got an unexpected keyword argument '{wrong}'; did you mean '{meant}'?"
+    assert str(raised.value) == says
+
+
+def test_the_signature_has_what_works():
+    parameters = inspect.signature(asset.make).parameters
+    assert {"faces", "texture", "wrap", "device", "progress", "quality"} < set(parameters)
+    assert not {"n", "n_faces", "keep_uv", "edge_length", "options"} & set(parameters)
+    text = inspect.getdoc(asset.make)
+    assert "\nwrap : float | str" in text and "\nkeep_uv : " not in text
+    with pytest.raises(TypeError, match=r"'zzz'$"):
+        asset.make("no such file.glb", zzz=1)
+
+
+def test_the_remeshing_is_done_as_asked():
+    told = []
+    made = asset.make(
+        rtfmesh.sample("torus"), 800, texture=64, told=told.append, distances=True, device="cpu", seed=7
+    )
+    assert made.report["output"]["distances"]["rms"] > 0 and made.report["options"]["seed"] == 7
+    assert told == ["remeshing", "cutting into charts", "baking"]
 
 
 def test_the_command(tmp_path, folder):

@@ -1,6 +1,9 @@
 """Prints rtfmesh/_options.py, made from the options that the command line has."""
 
+import math
+import re
 import textwrap
+from typing import NamedTuple
 
 from rtfmesh import _native
 from rtfmesh._errors import in_python
@@ -16,20 +19,11 @@ from collections.abc import Sequence
 from typing import Literal, TypedDict
 
 from numpy.typing import ArrayLike
-
-
-class Research(TypedDict, total=False):
-    """Settings of methods that are there for comparison, and of the paper's."""
-
 '''
-BETWEEN = '''
-
-class Options(TypedDict, total=False):
-    """All options of `remesh`, of which none must be given; None is as if it were not."""
-'''
-LAST = '''\
-    research: Research | None
-    """Settings of methods that are there for comparison, such as {"preset": "rtf"}."""'''
+# The classes with what their documentation begins with.
+RESEARCH_HEAD = "Settings of methods that are there for comparison, and of the paper's."
+OPTIONS_HEAD = "All options of `remesh`. Each may be left out; None stands for its default."
+RESEARCH_TEXT = 'Settings of other methods, such as {"preset": "rtf"}: those of `Research`.'
 
 # What the values of options are, by the word that stands for them in help.
 TYPES = {
@@ -54,26 +48,132 @@ TYPES = {
     "FILE.obj": "str | os.PathLike[str] | ArrayLike",
 }
 
+# Units that the texts of options leave to these words.
+UNITS = {"DEGREES": "degrees", "SECONDS": "seconds"}
+# Values with a syntax of their own, which only the whole text of an option explains.
+WITH_SYNTAX = ("WHAT", "WHERE=LENGTH", "HOW")
+# What only the command line needs to say, and what Python has instead.
+PHRASES = {
+    "; =NAME,NAME: of these alone": "; a name, or a list of names: of these alone",
+    "may be given several times": "may be a list",
+    "May be given several times": "May be a list",
+    "WHAT as for": "given as for",
+}
+# What stands for files and names in Python alone.
+ARRAYS = {
+    "features": "Or an array (L, 2): the edges between these vertices.",
+    "fixed_points": "Or an array (K, 3).",
+    "keep": "Or an array: booleans for faces or for vertices, or indices of faces.",
+    "sizing": "Or an array (V,), to which edge lengths are proportional.",
+}
+# Columns of a line, and what `help` shows of an option at most.
+COLUMNS, BRIEF = 110, 2
 
-def lines():
-    """The lines of the module."""
-    yield HEAD.rstrip("\n") + "\n"
-    yield from fields(lambda name: name in RESEARCH)
-    yield BETWEEN
-    yield from fields(lambda name: name not in RESEARCH)
-    yield LAST
+
+class Range(NamedTuple):
+    """The numbers that an option takes."""
+
+    low: float
+    high: float = math.inf
+    above: bool = False
+    """Whether `low` itself is not among them."""
+    below: bool = False
+    """Whether `high` itself is not among them."""
+
+    def __str__(self):
+        if self.high == math.inf:
+            return f"above {self.low}" if self.above else f"{self.low} or above"
+        if self.above:
+            return f"above {self.low}, at most {self.high}"
+        return f"{self.low} to {'below ' if self.below else ''}{self.high}"
 
 
-def fields(is_wanted):
-    """The lines of the options with names that are wanted."""
+LENGTH, FRACTION = Range(0, above=True), Range(0, 1, below=True)
+# The ranges that the texts of options do not have.
+RANGES = {
+    "n_faces": Range(4),
+    "edge_length": LENGTH,
+    "ratio": Range(0, above=True),
+    "iterations": Range(0, 1_000_000),
+    "tolerance": Range(0),
+    "seed": Range(0),
+    "feature_angle": Range(0, 180, above=True),
+    "max_deviation": LENGTH,
+    "min_edge": LENGTH,
+    "max_edge": LENGTH,
+    "growth": Range(0, 1, above=True),
+    "weld": FRACTION,
+    "min_component": FRACTION,
+    "smooth_boundary": FRACTION,
+    "fill_holes": LENGTH,
+    "wrap": LENGTH,
+    "smooth_labels": Range(0, 10),
+    "time_limit": Range(0, above=True),
+    "offset": Range(0, 20),
+    "lbfgs": Range(0),
+}
+
+
+class Option(NamedTuple):
+    """An option as Python has it."""
+
+    name: str
+    kind: str
+    """Its type."""
+    value: str | None
+    """The word for its value in help, None for a flag."""
+    text: str
+    more: str = ""
+    """What is only so in Python."""
+
+    def field(self):
+        """The lines of a field with its whole text."""
+        line = f"    {self.name}: {self.kind} | None"
+        if len(line) > COLUMNS:
+            inner = self.kind.removeprefix("Literal[").removesuffix("]")
+            line = f"    {self.name}: Literal[\n        {inner}\n    ] | None"
+        return [line, *wrapped(f'"""{sentences(self.text, self.more)}"""', 4)]
+
+    def entry(self):
+        """The lines of an entry in the documentation of the class: type, unit, range, and a brief text."""
+        kind = re.sub(r"^Literal\[(.*)\]$", r"{\1}", self.kind)
+        numbers = " ".join(str(part) for part in (RANGES.get(self.name), UNITS.get(self.value)) if part)
+        yield f"    {self.name} : {kind}{', ' if numbers else ''}{numbers}"
+        yield from wrapped(self.brief(), 8)
+
+    def brief(self):
+        """The first sentences, as far as they fit into a few lines."""
+        if self.value in WITH_SYNTAX:
+            return sentences(self.text, self.more)
+        brief, *others = re.split(r"(?<=\.)(?<!e\.g\.) ", self.text)
+        for sentence in others:
+            if len(wrapped(f"{brief} {sentence}", 8)) > BRIEF:
+                break
+            brief = f"{brief} {sentence}"
+        return sentences(brief, self.more)
+
+
+def sentences(*texts):
+    """All texts that are not empty."""
+    return " ".join(filter(None, texts))
+
+
+def wrapped(text, indent):
+    """The text in lines."""
+    lines = textwrap.wrap(text, COLUMNS - 2 - indent, break_on_hyphens=False)
+    return [" " * indent + line for line in lines]
+
+
+def options():
+    """All options but the number of vertices."""
     for name, value, choices, text in _native.options():
-        if name == "vertices" or not is_wanted(name.replace("-", "_")):
+        if name == "vertices":
             continue
         if name.replace("-", "_") in NEGATED.values():
             # The texts say what happens with the flag.
             name, text = name.removeprefix("no-"), f"With False: {text[0].lower()}{text[1:]}"
-        name = RENAMED.get(name, name)
-        if name == "keep-labels":
+        name = RENAMED.get(name, name).replace("-", "_")
+        if name == "keep_labels":
             kind = "bool | str | Sequence[str]"
         elif value is None:
             kind = "bool"
@@ -81,13 +181,31 @@ def fields(is_wanted):
             kind = f"Literal[{', '.join(repr(choice) for choice in choices)}]".replace("'", '"')
         else:
             kind = TYPES[value]
-        field = f"    {name.replace('-', '_')}: {kind} | None"
-        if len(field) > 110:
-            inner = kind.removeprefix("Literal[").removesuffix("]")
-            field = f"    {name.replace('-', '_')}: Literal[\n        {inner}\n    ] | None"
-        yield field
-        wrapped = textwrap.wrap(f'"""{in_python(text)}"""', 104, break_on_hyphens=False)
-        yield textwrap.indent("\n".join(wrapped), "    ")
+        text = in_python(text)
+        for theirs, ours in PHRASES.items():
+            text = text.replace(theirs, ours)
+        yield Option(name, kind, value, text, ARRAYS.get(name, ""))
+
+
+def typed_dict(name, head, own):
+    """The lines of a class."""
+    yield from ["", "", f"class {name}(TypedDict, total=False):", f'    """{head}', ""]
+    for option in own:
+        yield from option.entry()
+    yield from ['    """', ""]
+    for option in own:
+        yield from option.field()
+
+
+def lines():
+    """The lines of the module."""
+    yield HEAD.rstrip("\n")
+    research, others = [], []
+    for option in options():
+        (research if option.name in RESEARCH else others).append(option)
+    others.append(Option("research", "Research", None, RESEARCH_TEXT))
+    yield from typed_dict("Research", RESEARCH_HEAD, research)
+    yield from typed_dict("Options", OPTIONS_HEAD, others)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +26,24 @@ from .._attributes import texture as uv_array
 from .._errors import InputError
 from .._files import Mesh, path_of, read, write
 from .._objects import MeshLike, given_mesh
+from .._progress import Callback
 from .._remesh import remesh
-from .._words import count
+from .._words import count, keywords_without
 from ._atlas import texels, unwrap
 from ._bake import Target, bake
 from ._source import Source
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from .._options import Options
 
 __all__ = ["Asset", "make"]
 
 # Texels a side.
 SIDES = (16, 8192)
-# What remeshing has that a new look makes no sense of.
-OWN = ("keep_uv", "n_faces", "correspondence", "cells")
+# What remeshing has that a new look makes no sense of, and what `faces` says here.
+USELESS, SIZES = ("keep_uv", "correspondence", "cells"), ("n", "n_faces", "edge_length", "ratio")
 
 
 class SourceError(InputError):
@@ -91,6 +97,7 @@ class Asset:
         return f"<rtfmesh.asset.Asset: {parts}, {', '.join(self.pictures)}>"
 
 
+@keywords_without(*USELESS, *SIZES)
 def make(
     mesh: MeshLike | str | os.PathLike[str],
     faces: int | str = 20_000,
@@ -100,7 +107,11 @@ def make(
     attributes: Attributes | Mapping[str, Any] | None = None,
     linear_colours: bool | None = None,
     told: Callable[[str], None] | None = None,
-    **options: Any,
+    distances: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
 ) -> Asset:
     """Remeshes a surface and bakes its look into pictures.
 
@@ -122,8 +133,10 @@ def make(
         ends in .glb or .gltf.
     told
         Called with what is being done: "remeshing", "cutting into charts", "baking".
+    distances, progress, device, device_memory
+        As in `remesh`, for the remeshing.
     **options
-        As in `remesh`: `wrap="1%"` for a closed surface around broken input, `fill_holes`, `device` ...
+        As in `remesh`: `wrap="1%"` for a closed surface around broken input, `fill_holes` ...
 
     Returns
     -------
@@ -137,9 +150,10 @@ def make(
         As in `remesh`.
     """
     wanted, side, with_normals = _count(faces), _side(texture), truth(normals, "normals")
-    unknown = next((name for name in OWN if name in options), None)
-    if unknown is not None:
-        raise InputError(f"`{unknown}` is not for assets; leave it out")
+    for name in (*USELESS, *SIZES):
+        if name in options:
+            remedy = "leave it out" if name in USELESS else "`faces` says how many triangles there are"
+            raise InputError(f"`{name}` is not for assets; {remedy}")
     tell = told or (lambda _: None)
     input = _Input.of(mesh, attributes, linear_colours)
     # In units in which nothing is too small or too large.
@@ -152,8 +166,18 @@ def make(
 
     source = Source.of(in_units(input.vertices), input.faces, input.attributes, input.is_linear)
     tell("remeshing")
-    given: dict[str, Any] = {**options, "attributes": False, "correspondence": False, "n_faces": wanted}
-    result = remesh(input.vertices, input.faces, **given)
+    given: dict[str, Any] = {**options, "n_faces": wanted}
+    result = remesh(
+        input.vertices,
+        input.faces,
+        attributes=False,
+        correspondence=False,
+        distances=distances,
+        progress=progress,
+        device=device,
+        device_memory=device_memory,
+        **given,
+    )
     at = in_units(result.vertices)
     tell("cutting into charts")
     atlas = unwrap(at, result.faces, side)
