@@ -71,6 +71,8 @@ PATTERNS = [
     (r"; see the documentation of the option$", ""),
     (r"^the edge length (\S+) is out of range", r"`edge_length` \1 is out of range"),
     (r"^the ratio (\S+) is out of range", r"`ratio` \1 is out of range"),
+    (r"^the maximum deviation (\S+) is out of range", r"`max_deviation` \1 is out of range"),
+    (r"^so small a deviation needs", r"`max_deviation`: \g<0>"),
     (r"^vertex (\d+) has edge length (\S+); give lengths", r"`sizing` is \2 for vertex \1; give numbers"),
     (r"^the volume has no surface at", "`iso`: the volume has no surface at"),
     (r"^a picture of \d+ x \d+ pixels", r"`size`: \g<0>"),
@@ -112,6 +114,7 @@ def exception(kind: str, field: str | None, text: str) -> Error:
     argument = ARGUMENTS.get(field, field) if field else None
     if field in ("faces", "points"):
         text = text.replace(f"`{field}`", f"`{argument}`")
-    if argument and f"`{argument}`" not in text:
+    # Where several arguments make up an option, the text begins with the one that is wrong.
+    if argument and f"`{argument}`" not in text and not text.startswith("`"):
         text = f"`{argument}`: {text}"
     return KINDS[kind](text)

@@ -22,6 +22,7 @@ from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._options import Options
 from ._progress import Callback, Native, shown
 from ._result import Cells, Correspondence, LocatedResult, Result
+from ._selections import with_argument
 from ._volume import Volume, grid_of, volume_of
 from ._words import (
     is_word,
@@ -278,6 +279,7 @@ class Remesher:
         positions, triangles = mesh_arrays(vertices, faces)
         if points is None and volume is None and len(positions) and not len(triangles):
             raise InputError("`faces` has no faces; rtfmesh.reconstruct makes a surface of points")
+        named = dict(wanted)
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
         fixed = take_fixed_points(wanted)
@@ -302,7 +304,10 @@ class Remesher:
                 told.cells,
                 callback,
             )
-            done = _native.remesh(self._device, (positions, triangles), line, request)
+            try:
+                done = _native.remesh(self._device, (positions, triangles), line, request)
+            except InputError as error:
+                raise with_argument(error, named) from None
         (new_vertices, new_faces), columns, of_vertices, of_faces, text, cells = done
         found: dict[str, Any] = json.loads(text)
         # Of files, which there are none of.

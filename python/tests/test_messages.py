@@ -125,6 +125,13 @@ UNORDERED = {
         (lambda: rtfmesh.remesh(V, F, edge_length=0), "`edge_length` 0 is out of range; give"),
         (lambda: rtfmesh.remesh(V, F, ratio=0), "`ratio` 0 is out of range; give a number above 0"),
         (lambda: rtfmesh.remesh(V, F, ratio="half"), "`ratio` is 'half'; give a number"),
+        (lambda: rtfmesh.remesh(V, F, max_deviation=0), "`max_deviation` 0 is out of range; give a length"),
+        (
+            lambda: rtfmesh.remesh(rtfmesh.sample("sphere"), max_deviation=1e-30),
+            "`max_deviation`: so small a deviation needs",
+        ),
+        (lambda: rtfmesh.remesh(V, F, 50, sizing="curvature", gradation=4), "`gradation` 4 is out of range"),
+        (lambda: rtfmesh.remesh(V, F, 50, sizing="anisotropic", aspect=0), "`aspect` 0 is out of range"),
         (lambda: rtfmesh.remesh(V, F, 50, seed=-1), "`seed` is '-1'; give a whole number, 0 or above"),
         (lambda: rtfmesh.remesh(V, F, 50, sizing=np.zeros(4)), "`sizing` is 0 for vertex 0; give numbers"),
         (lambda: rtfmesh.remesh(V, F, 50, sizing="property:zz"), "`sizing`: the vertices have no numeric"),
@@ -196,6 +203,13 @@ def test_names_that_are_near_are_suggested(wrong, meant):
 def test_near_names_are_suggested_by_all_functions(call, meant):
     with pytest.raises(TypeError, match=rf"; did you mean {meant}\?$"):
         call()
+
+
+def test_arguments_are_suggested_before_settings_for_research():
+    with pytest.raises(TypeError, match=r"'face'; did you mean 'faces'\?$"):
+        rtfmesh.remesh(V, face=F, n=50)
+    with pytest.raises(TypeError, match=r"'face'; did you mean research=\{'face': 'power'\}\?$"):
+        rtfmesh.reconstruct(V, 50, face="power")
 
 
 def test_no_function_suggests_what_it_lacks(remesher):
