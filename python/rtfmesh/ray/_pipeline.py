@@ -13,18 +13,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 import ray
 from ray.data import ActorPoolStrategy, DataContext
 from ray.exceptions import ActorDiedError
 
-from .. import _native
-from .._arrays import real_number, short, truth
-from .._errors import DeviceError, InputError, OutputError
-from .._files import write
-from .._remesher import Remesher, wanted_device
-from .._words import keywords, words
+from .._arrays import short, truth
+from .._errors import DeviceError, InputError
+from .._words import keywords
 from ._batches import Batches
+from ._checks import check_device, check_numbers, check_options, check_output
 from ._manifest import Manifest
 from ._meshes import Job
 from ._worker import Worker
@@ -128,56 +125,9 @@ class Pool:
             raise
 
 
-def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_size: int | None) -> None:
-    """Raises `InputError` for what is no number, or out of its range."""
-    for name, count in (("workers", workers), ("batch_size", batch_size)):
-        if count is not None and (isinstance(count, bool) or not isinstance(count, (int, np.integer))):
-            raise InputError(f"`{name}` is {short(count)}; give a whole number")
-    for name, share in (("gpus_per_worker", gpus), ("cpus_per_worker", cpus)):
-        if share is not None or name == "cpus_per_worker":
-            real_number(share, name)
-    ranges = [
-        ("workers", workers is None or workers >= 1, "1 or more"),
-        ("gpus_per_worker", gpus is None or 0 <= gpus <= 1, "0 to 1: a worker uses one device"),
-        ("cpus_per_worker", cpus > 0, "more than 0"),
-        ("batch_size", batch_size is None or batch_size >= 1, "1 or more"),
-    ]
-    for name, fits, allowed in ranges:
-        if not fits:
-            raise InputError(f"`{name}` is out of range; use {allowed}")
-
-
 def usual_batch(meshes: int) -> int:
     """How many meshes a batch has in a list of this many."""
     return max(BATCH, -(-meshes // BATCHES))
-
-
-def check_output(folder: Path, suffix: str) -> None:
-    """Makes the folder, and writes a mesh to it and removes it, so that no run begins in vain."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: {error.strerror}; choose another folder") from error
-    trial = folder / f".rtfmesh-{uuid.uuid4().hex}{suffix}"
-    try:
-        write(trial, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    except OutputError as error:
-        # Nobody knows the file of the trial.
-        text = str(error).removeprefix(f"{trial}: ")
-        place = f"`suffix` is {suffix!r}" if "name the result" in text else folder
-        raise OutputError(f"{place}: {text}") from None
-    trial.unlink()
-
-
-def check_device(device: str | int | None) -> None:
-    """Raises an error for a device that there cannot be; opens it if workers will be on this machine."""
-    wanted_device(device, None)
-    if device is None or ray.is_initialized() or os.environ.get("RAY_ADDRESS"):
-        return
-    try:
-        Remesher(device)
-    except DeviceError as error:
-        raise type(error)(f"`device` is {device!r}: {error}") from None
 
 
 def room(gpus: float, cpus: float) -> int:
@@ -275,7 +225,7 @@ def remesh_manifest(
     """
     given = dict(options) if n is None else {"n": n, **options}
     # What is wrong for all meshes is said before any work.
-    _native.check(words(n, dict(options), "remesh_manifest"))
+    check_options(n, options)
     check_numbers(workers, gpus_per_worker, cpus_per_worker, batch_size)
     truth(progress, "progress")
     for name, path in (("manifest", manifest), ("out", out)):
