@@ -105,6 +105,23 @@ def test_labels_meet_and_faces_have_both(remesher):
     assert len(mask.vertices) == 400 and set(mask.attributes.face["label_behind"]) == {1}
 
 
+def test_boxes_of_labels_have_their_faces_and_volumes(remesher):
+    labels = np.zeros((20, 18, 16), np.uint8)
+    labels[4:9, 4:14, 4:12] = 1
+    labels[9:16, 4:14, 4:12] = 2
+    result = remesher.contour(labels, 1500, labels=True)
+    # Faces lie halfway between nodes, and have no rim.
+    assert np.allclose(result.vertices.min(axis=0), [3.5, 3.5, 3.5], atol=1e-6)
+    assert np.allclose(result.vertices.max(axis=0), [15.5, 13.5, 11.5], atol=1e-6)
+    behind, before = (result.attributes.face[f"label_{side}"] for side in ("behind", "before"))
+    for label in (1, 2):
+        sign = (behind == label).astype(int) - (before == label)
+        assert enclosed(result, sign) == pytest.approx((labels == label).sum(), rel=1e-3)
+    top = result.vertices[result.vertices[:, 2] > 11]
+    inside = (np.abs(top[:, 0] - 9.5) < 4.5) & (np.abs(top[:, 1] - 8.5) < 4.5)
+    assert inside.sum() > 50 and np.abs(top[inside, 2] - 11.5).max() < 1e-6
+
+
 def test_closed_ends_flat_at_the_border(remesher):
     half = distances()[:12]
     for closed, edges in ((True, 0), (False, 1)):

@@ -58,14 +58,22 @@ def test_what_a_callback_raises_ends_the_run(stopped):
 
 
 def test_an_answer_that_means_nothing_ends_the_run(stopped):
-    with pytest.raises(rtfmesh.InputError, match="`progress` returned 5"):
-        stopped(lambda progress: 5)
+    for answer in (5, True, False):
+        with pytest.raises(rtfmesh.InputError, match=f"`progress` returned {answer}; return None, 'finish'"):
+            stopped(lambda progress, answer=answer: answer)
 
 
 def test_true_shows_a_bar(sphere, remesher, capsys):
     pytest.importorskip("tqdm")
     remesher.remesh(sphere.vertices, sphere.faces, 1000, progress=True)
     assert "100%" in capsys.readouterr().err
+
+
+def test_without_tqdm_there_is_a_warning_and_a_result(torus, remesher, monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm", None)
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    with pytest.warns(UserWarning, match=r"no progress bar: tqdm is not installed \(pip install tqdm\)"):
+        assert len(remesher.remesh(torus, 300, progress=True).vertices) == 300
 
 
 def test_a_time_limit_ends_a_run_early(sphere, remesher):

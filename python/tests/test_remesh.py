@@ -234,6 +234,48 @@ def test_boundaries_stay_bit_by_bit(remesher):
     assert len(border) == 48 and all(tuple(vertex) in there for vertex in border)
 
 
+@pytest.mark.parametrize("scale", [1e-30, 1e-9, 1e12, 1e200])
+def test_any_unit_will_do(torus, remesher, scale):
+    result = remesher.remesh(torus.vertices * scale, torus.faces, 300)
+    expected = remesher.remesh(torus, 300)
+    assert np.array_equal(result.faces, expected.faces)
+    assert np.allclose(result.vertices / scale, expected.vertices, atol=1e-5)
+
+
+def test_places_far_from_the_origin_keep_their_digits(torus, remesher):
+    corner = np.array([500_000.0, 5_000_000.0, 100.0])
+    result = remesher.remesh(torus.vertices + corner, torus.faces, 300)
+    near = rtfmesh.measure(result.vertices - corner, result.faces, against=torus)
+    expected = rtfmesh.measure(remesher.remesh(torus, 300), against=torus)
+    for key in ("rms", "hausdorff"):
+        assert near["distances"][key] == pytest.approx(expected["distances"][key], rel=0.2)
+    assert near["quality"]["mean_quality"] > 0.93
+
+
+def test_faces_that_look_inward_are_turned(torus, remesher):
+    is_even = (np.arange(len(torus.faces)) % 2 == 0)[:, None]
+    mixed = np.where(is_even, torus.faces, torus.faces[:, ::-1])
+    result = remesher.remesh(torus.vertices, mixed, 300)
+    assert result.report["repaired"]["faces_turned"] == len(torus.faces) // 2
+    a, b, c = (result.vertices[result.faces[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() > 0
+    assert result.report["output"]["topology"]["genus"] == 1
+
+
+def test_corners_of_a_box_stay_exactly(remesher):
+    box = rtfmesh.sample("box")
+    there = {tuple(vertex) for vertex in remesher.remesh(box, 500).vertices}
+    assert there >= {tuple(vertex) for vertex in box.vertices}
+
+
+def test_a_deviation_out_of_reach_is_a_warning_with_a_remedy(torus, remesher):
+    with pytest.warns(rtfmesh.MeshWarning, match=r"instead of 0\.0100 %: about \d+ vertices would reach it"):
+        result = remesher.remesh(torus, 300, max_deviation="0.01%")
+    deviation = result.report["deviation"]
+    assert len(result.vertices) == 300 and not deviation["is_reached"]
+    assert deviation["enough"] > 300 and deviation["reached"] > deviation["asked"]
+
+
 def test_holes_are_filled_first(remesher):
     vertices, faces = rtfmesh.sample("torus")
     open_faces = faces[~(faces == 100).any(axis=1)]
