@@ -20,8 +20,9 @@ COLOURS = {"colour", "color", "colours", "colors", "rgb", "rgba", "vertex_colors
 NORMALS = {"normal", "normals"}
 # What VTK calls the numbers of the cells that a surface was made of; those of corners occur several times.
 NUMBERS = ("vtkOriginalCellIds",)
-# With at least this many faces, labels have more than two faces each.
-MANY = 100
+# As the library has it: with fewer faces, each may have a label of its own; with many, labels have more than
+# two faces each.
+FEW, MANY = 8, 100
 # Most numbers that the library takes for a vertex or face.
 WIDEST = 4
 
@@ -215,7 +216,7 @@ def as_label(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Col
 def numbers_faces(values: NDArray[np.float64]) -> bool:
     """Whether values are all different, or were of polygons that are triangles now."""
     distinct, count = len(np.unique(values)), len(values)
-    return count > 1 and (distinct == count or (count >= MANY and 2 * distinct >= count))
+    return count >= FEW and (distinct == count or (count >= MANY and 2 * distinct >= count))
 
 
 @dataclass
