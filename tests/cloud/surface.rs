@@ -33,7 +33,7 @@ fn normals_agree_with_those_of_the_mesh() {
 #[test]
 fn normals_of_random_signs_are_found_anew_and_right_ones_stay() {
     for name in ["genus3", "box"] {
-        let right = sampled(&sample(name).unwrap(), 8000, 1);
+        let right = sampled(&sample(name).unwrap(), 4000, 1);
         let found = surface(&right, &default()).unwrap();
         assert!(!found.normals_disagree, "{name}");
         let mut wrong = right.clone();
@@ -46,7 +46,7 @@ fn normals_of_random_signs_are_found_anew_and_right_ones_stay() {
         let bare = oriented_normals(&without_normals(&right)).unwrap();
         assert_eq!(oriented_normals(&wrong).unwrap(), bare, "{name}");
         let agree = oriented_normals(&right).unwrap().into_iter().zip(&right.normals);
-        assert!(agree.filter(|(n, m)| n.dot(**m) < 0.99).count() < 80, "{name}");
+        assert!(agree.filter(|(n, m)| n.dot(**m) < 0.99).count() < 40, "{name}");
     }
 }
 

@@ -105,12 +105,12 @@ fn damage_does_no_harm() {
     let mut files: Vec<Vec<u8>> = forms().into_iter().map(triangle).collect();
     files.push(b"# vtk DataFile Version 5.1\nx\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n".to_vec());
     for file in files {
-        for length in 0..file.len() {
+        for length in (0..file.len()).step_by(2) {
             let _ = read_any_bytes(&file[..length], None, false);
         }
-        for (at, value) in (0..file.len()).flat_map(|at| [(at, 0xff), (at, b'9'), (at, 0)]) {
+        for at in 0..file.len() {
             let mut copy = file.clone();
-            copy[at] = value;
+            copy[at] = [0xff, b'9', 0][at % 3];
             let _ = read_any_bytes(&copy, None, false);
         }
     }

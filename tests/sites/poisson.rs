@@ -71,7 +71,7 @@ fn a_seed_has_its_points() {
 fn it_can_be_cancelled() {
     let surface = on(&sample("torus").unwrap());
     let begin = Instant::now();
-    scattered(&surface, 20_000, 1);
+    scattered(&surface, 5000, 1);
     let tenth = begin.elapsed();
     let progress = ProgressToken::default();
     let (found, after) = std::thread::scope(|scope| {
@@ -80,7 +80,7 @@ fn it_can_be_cancelled() {
             progress.cancel();
             Instant::now()
         });
-        let found = disks(&surface, 200_000, 1, &progress);
+        let found = disks(&surface, 50_000, 1, &progress);
         (found, canceller.join().unwrap().elapsed())
     });
     assert!(matches!(found, Err(Error::Cancelled)));
