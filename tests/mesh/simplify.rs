@@ -62,7 +62,7 @@ fn curves_and_corners_stay() {
     for count in [8, 9, 20, 100] {
         let made = with_vertices(
             &mesh,
-            Preserved { curves: &curves, corners: &corners, apart: false },
+            Preserved { curves: &curves, corners: &corners, ..Default::default() },
             count,
             &ProgressToken::default(),
         )

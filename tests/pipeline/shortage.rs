@@ -87,11 +87,24 @@ fn with_best_effort_it_comes_out_with_warnings() {
 #[test]
 fn fewer_vertices_than_the_topology_needs_are_refused_with_that_number() {
     let input = sample("genus3").unwrap();
-    for shortage in [Shortage::Refuse, Shortage::BestEffort] {
-        let error = run(&input, 8, shortage).unwrap_err();
-        assert!(error.to_string().starts_with("8 vertices are too few for the topology"), "{error}");
-        let enough = advised(&error);
-        assert_like(&input, &run(&input, enough, shortage).unwrap(), enough);
+    let error = run(&input, 8, Shortage::Refuse).unwrap_err();
+    assert!(error.to_string().starts_with("8 vertices are too few for the topology"), "{error}");
+    let enough = advised(&error);
+    assert_like(&input, &run(&input, enough, Shortage::Refuse).unwrap(), enough);
+}
+
+#[test]
+fn faces_intersect_before_a_number_that_the_topology_allows_is_refused() {
+    let plate = Shape::Plate { holes: 5, thickness: 0.2, parts: 4, rounds: 0 }.mesh();
+    for input in [plate, sample("genus3").unwrap()] {
+        let [strict, fewest] = [Shortage::Refuse, Shortage::BestEffort]
+            .map(|shortage| advised(&run(&input, 8, shortage).unwrap_err()));
+        assert!(fewest < strict, "{fewest} {strict}");
+        let made = run(&input, fewest, Shortage::BestEffort).unwrap();
+        let (before, after) = (topology(&input), topology(&made.mesh));
+        assert_eq!((after.vertices, after.genus), (fewest, before.genus));
+        assert!(after.is_closed_manifold());
+        assert!(!faults(&made.summary).is_empty());
     }
 }
 
@@ -101,7 +114,7 @@ fn small_components_leave_the_large_one_what_its_topology_needs() {
     let size = plate.bounds().map(|[lo, hi]| lo.distance(hi)).unwrap();
     let beside = |k: u32| moved(&cube(), |v| 0.02 * size * v + size * f64::from(k) * DVec3::X);
     let input = (1..=12).fold(plate, |all, k| union(&all, &beside(k)));
-    let error = run(&input, 50, Shortage::BestEffort).unwrap_err();
+    let error = run(&input, 50, Shortage::Refuse).unwrap_err();
     let enough = advised(&error);
     for vertices in [enough, enough + 7, enough + 30] {
         assert_like(&input, &run(&input, vertices, Shortage::Refuse).unwrap(), vertices);

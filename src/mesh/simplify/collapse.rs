@@ -3,7 +3,7 @@
 use super::apart::stays_apart;
 use super::changes::Changes;
 use super::flip::flip;
-use super::graph::{Around, Graph};
+use super::graph::{Around, Graph, Preserved};
 use crate::mesh::chunks::par_map_chunks;
 use crate::mesh::queue::Queue;
 use crate::mesh::topology::topology;
@@ -25,6 +25,8 @@ const LIMITS: [Limits; 6] = [
     Limits { cosine: 0.0, height: 0.005, apart: true },
     Limits { cosine: -1.0, height: 1e-6, apart: true },
 ];
+/// Limits that the topology alone sets, if faces may intersect.
+const ANY_SHAPE: Limits = Limits { cosine: f64::NEG_INFINITY, height: 0.0, apart: false };
 /// With fewer vertices even small turns may fold the surface: then every change is checked for intersections.
 const FEW: usize = 2000;
 /// Maximum number of passes over all edges at each limit.
@@ -91,8 +93,7 @@ pub(super) struct Collapser<'a> {
     graph: &'a mut Graph,
     /// What the graph is made of.
     surface: &'a TriMesh,
-    /// As [`super::Preserved::apart`].
-    apart: bool,
+    preserved: Preserved<'a>,
     quadrics: Vec<Quadric>,
     /// How often the triangles at each vertex changed.
     version: Vec<u32>,
@@ -104,19 +105,25 @@ pub(super) struct Collapser<'a> {
 type Move = Reverse<(u64, u32, u32, [u32; 2])>;
 
 impl<'a> Collapser<'a> {
-    pub fn new(graph: &'a mut Graph, surface: &'a TriMesh, apart: bool, progress: &'a ProgressToken) -> Self {
+    pub fn new(
+        graph: &'a mut Graph,
+        surface: &'a TriMesh,
+        preserved: Preserved<'a>,
+        progress: &'a ProgressToken,
+    ) -> Self {
         let mut quadrics = vec![Quadric::default(); graph.points.len()];
         for triangle in &graph.triangles {
             let quadric = Quadric::of(graph.corners(*triangle));
             triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
         }
         let (version, changes) = (vec![0; graph.points.len()], Changes::new(graph));
-        Self { graph, surface, apart, quadrics, version, changes, progress }
+        Self { graph, surface, preserved, quadrics, version, changes, progress }
     }
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
     pub fn collapse(&mut self, count: usize) -> Result<()> {
-        for (k, limits) in LIMITS.into_iter().enumerate() {
+        let any_shape = self.preserved.may_intersect.then_some(ANY_SHAPE);
+        for (k, limits) in LIMITS.into_iter().chain(any_shape).enumerate() {
             let worth = if k + 1 < LIMITS.len() { WORTH_A_PASS } else { 0.0 };
             if k == STRICT && self.graph.used > MANY && self.is_out_of_reach(count) {
                 return Ok(());
@@ -141,9 +148,9 @@ impl<'a> Collapser<'a> {
         Ok(())
     }
 
-    /// Whether changes are checked for intersections.
+    /// Whether changes are checked for intersections: never within [`ANY_SHAPE`], which asks for no height.
     fn must_stay_apart(&self, limits: Limits) -> bool {
-        self.apart || limits.apart || self.graph.used < FEW
+        limits.height > 0.0 && (self.preserved.apart || limits.apart || self.graph.used < FEW)
     }
 
     /// Whether `count` is less than the topology needs, and not many more vertices than needed are left;

@@ -20,6 +20,8 @@ pub struct Preserved<'a> {
     /// Whether every change is checked for new intersections, not only those that change the shape or are
     /// among few vertices; takes longer.
     pub apart: bool,
+    /// Whether faces may come to intersect where the number of vertices is not reached otherwise.
+    pub may_intersect: bool,
 }
 
 /// A mesh from [`with_vertices`].

@@ -17,10 +17,10 @@ mod graph;
 mod split;
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest
-/// edges are halved. If no mesh with so few vertices can be reached without a change of topology or new
-/// self-intersections, one with more is returned: the smallest possible for 0, but perhaps not for a number
-/// below what the topology needs. Vertices move along curves only, and corners not at all. Panics if an index
-/// is out of range.
+/// edges are halved. If no mesh with so few vertices can be reached without a change of topology or, unless
+/// faces may intersect, new self-intersections, one with more is returned: the smallest possible for 0, but
+/// perhaps not for a number below what the topology needs. Vertices move along curves only, and corners not
+/// at all. Panics if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -32,7 +32,7 @@ pub fn with_vertices(
 ) -> Result<Simplified> {
     let mut graph = Graph::new(mesh, preserved);
     if graph.used > count {
-        Collapser::new(&mut graph, mesh, preserved.apart, progress).collapse(count)?;
+        Collapser::new(&mut graph, mesh, preserved, progress).collapse(count)?;
     } else {
         split::split(&mut graph, count);
     }

@@ -16,6 +16,8 @@ use std::collections::HashSet;
 const ENOUGH: usize = 32;
 /// With fewer vertices for each large component, it is made sure that its topology does not need more.
 const FEW_FOR_LARGE: usize = 64;
+/// Where the topology needs more vertices, and more than there are, it takes long to find how many.
+const MANY_NEEDED: usize = 1000;
 /// Maximum number of times that the vertices of small components that run into others are doubled.
 const DOUBLINGS: u32 = 4;
 /// If components of more than this share of the area have another topology than the surface, nothing is
@@ -90,6 +92,11 @@ impl Components {
     /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
     /// [`crate::Error::Cancelled`].
     pub fn divide(&self, mesh: &TriMesh, refined: &[f64], target: &ComponentTarget) -> Result<Division> {
+        let needed = || vertices_needed(&self.submeshes(mesh));
+        at_any_cost(target, needed, |target| self.division(mesh, refined, target))
+    }
+
+    fn division(&self, mesh: &TriMesh, refined: &[f64], target: &ComponentTarget) -> Result<Division> {
         let whole = self.area();
         let share = |part: usize| target.vertices as f64 * self.areas[part] / whole;
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
@@ -356,7 +363,9 @@ impl Components {
             .map(|(part, submesh)| self.sized_part(submesh, part, target.sizes))
             .collect();
         let mut result = TriMesh::default();
-        remesh_all(&parts, target)?.iter().for_each(|part| append(&mut result, part));
+        at_any_cost(target, || vertices_needed(&submeshes), |target| remesh_all(&parts, target))?
+            .iter()
+            .for_each(|part| append(&mut result, part));
         Ok(result)
     }
 }
@@ -419,6 +428,34 @@ fn shape_vertices(surface: &TriMesh) -> usize {
     let side = 3f64.sqrt() * 2.0 * volume / area;
     let needed = 2.0 * area / (3f64.sqrt() * side * side);
     if needed > OF_PLATES as f64 { COMPACT } else { (needed as usize).clamp(COMPACT, MOST_FOR_SHAPE) }
+}
+
+/// What is made of components. If there are too few vertices for that, faces may intersect; not if many more
+/// are `needed` for their topology, as in noise.
+fn at_any_cost<T>(
+    target: &ComponentTarget,
+    needed: impl FnOnce() -> usize,
+    make: impl Fn(&ComponentTarget) -> Result<T>,
+) -> Result<T> {
+    let made = make(target);
+    if target.refuses || !matches!(made, Err(Error::Usage { .. })) {
+        return made;
+    }
+    let needed = needed();
+    if needed > MANY_NEEDED && target.vertices < needed {
+        return made;
+    }
+    make(&ComponentTarget { may_intersect: true, ..*target })
+}
+
+/// Vertices without which components hardly have their topology.
+fn vertices_needed(components: &[TriMesh]) -> usize {
+    let of = |mesh: &TriMesh| {
+        let topology = topology(mesh);
+        // No closed surface is smaller than a tetrahedron.
+        topology.vertices_needed().max(if topology.boundary_loops > 0 { 3 } else { 4 })
+    };
+    components.iter().map(of).sum()
 }
 
 /// The components remeshed, each with its share of the vertices, or with more if a small one needs them.

@@ -12,6 +12,7 @@ use crate::mesh::spacing;
 use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
+use crate::options::Shortage;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
@@ -47,6 +48,10 @@ pub(crate) struct ComponentTarget<'a> {
     pub closely: bool,
     /// Whether many cells of the surface were broken.
     pub has_broken_cells: bool,
+    /// Whether too few vertices are refused before faces may intersect.
+    pub refuses: bool,
+    /// Whether faces may intersect where there are too few vertices otherwise.
+    pub may_intersect: bool,
     /// Over the whole surface; `None` if edges are equally long everywhere.
     pub sizes: Option<&'a SizeField>,
     pub progress: &'a ProgressToken,
@@ -73,6 +78,8 @@ impl<'a> ComponentTarget<'a> {
             frame,
             closely: false,
             has_broken_cells: false,
+            refuses: options.shortage != Shortage::BestEffort,
+            may_intersect: false,
             sizes: None,
             progress,
         }
@@ -469,13 +476,14 @@ fn simplify_component(surface: &TriMesh, target: &ComponentTarget) -> Result<Sim
         && features.corners.len() <= target.vertices
     {
         let curves = curve_half_edges(surface, &features);
-        let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners, apart: false })?;
+        let with_curves =
+            simplify(Preserved { curves: &curves, corners: &features.corners, ..Default::default() })?;
         if with_curves.mesh.vertices.len() <= target.vertices {
             return Ok(with_curves);
         }
     }
     // The number of vertices comes before sharp edges, but not before the topology.
-    simplify(Preserved::default())
+    simplify(Preserved { may_intersect: target.may_intersect, ..Default::default() })
 }
 
 /// For each half-edge whether it is on a curve.
