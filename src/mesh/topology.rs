@@ -9,6 +9,11 @@ use super::half_edges::{EdgeTable, HalfEdge, edge_key, par_fold_corners, previou
 use super::submesh::used_vertices;
 use super::{NONE, TriMesh};
 
+/// A surface with at least this many handles may be noise.
+const MANY_HANDLES: usize = 1000;
+/// With fewer vertices for each of these, all that a mesh can show is its topology: a handle needs two.
+const CROWDED: usize = 8;
+
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
 /// All numbers are counts. A triangle that repeats a vertex has an edge from that vertex to itself, which
@@ -56,6 +61,12 @@ impl Topology {
     /// handle, with which twelve or more edges meet at each vertex.
     pub(crate) fn vertices_needed(&self) -> usize {
         3 * self.boundary_loops + 2 * self.genus.unwrap_or(0).max(0) as usize
+    }
+
+    /// Whether handles are thousands, and so many vertices hardly more than they need: as in noise.
+    pub(crate) fn is_crowded(&self, vertices: usize) -> bool {
+        let handles = self.genus.unwrap_or(0).max(0) as usize;
+        handles >= MANY_HANDLES && vertices < CROWDED * handles
     }
 
     /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect

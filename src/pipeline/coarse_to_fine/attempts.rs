@@ -258,10 +258,12 @@ impl Attempts<'_> {
         self.accepted(outcome)
     }
 
-    /// Whether the vertices are fewer than handles and loops need. Cells would fail; local operations say how
-    /// many are needed.
+    /// Whether the vertices are fewer than handles and loops need, or hardly more than thousands of handles
+    /// do. Cells would fail; local operations say how many are needed.
     fn is_little_for_topology(&self, vertices: usize) -> bool {
-        self.context.may_simplify() && vertices < self.context.input.vertices_needed()
+        let input = self.context.input;
+        let is_little = vertices < input.vertices_needed() || input.is_crowded(vertices);
+        self.context.may_simplify() && is_little
     }
 
     /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.

@@ -213,8 +213,9 @@ fn remesh_locally(
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
     let before = topology(surface);
-    // Only simplification comes near such a number.
-    if progress.leave_out() || target.vertices < before.vertices_needed() {
+    // Only simplification comes near such a number, or takes no minutes.
+    let needed = before.vertices_needed();
+    if progress.leave_out() || target.vertices < needed || before.is_crowded(target.vertices) {
         return Ok(None);
     }
     let options =
