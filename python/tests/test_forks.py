@@ -94,6 +94,16 @@ assert remesher.remesh(mesh.vertices, mesh.faces, 300).vertices.tobytes() == bef
     assert run(text) == ["done", "let go"]
 
 
+def test_a_fork_compiles_what_a_run_needs_later(run):
+    # As for tens of thousands of vertices; on a thread beside the run, which hung in a fork.
+    text = """
+os.environ["RTFMESH_DEVICE_POLISH"] = "1"
+first = job(300)
+print(in_fork(lambda: print(job(300) == first, flush=True)))
+"""
+    assert run(text) == ["True", "0"]
+
+
 def test_a_fork_may_end_as_any_process(run):
     text = """
 before = job(300)

@@ -403,12 +403,16 @@ fn attempt(
     let (method, vertices) = (context.options.method, context.plan.vertices);
     let outcome = match model {
         None => AllAtOnce { context, sizes }.run(progress, clock)?,
-        Some(model) => std::thread::scope(|scope| {
-            let later = scope.spawn(|| compile_later(context.device, method, vertices));
-            let outcome = attempts.run(model, progress, clock);
-            later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-            outcome
-        })?,
+        Some(model) => {
+            let mut later = Ok(());
+            // In the thread pool of the caller, since a forked process has no threads in the global one.
+            let outcome = rayon::in_place_scope(|scope| {
+                scope.spawn(|_| later = compile_later(context.device, method, vertices));
+                attempts.run(model, progress, clock)
+            });
+            later?;
+            outcome?
+        }
     };
     if outcome.mesh.triangles.is_empty() {
         let problem =
