@@ -68,6 +68,15 @@ PATTERNS = [
         r"invalid value '(.*)' for (`\w+`): invalid digit found in string",
         r"\2 is '\1'; give a whole number, 0 or above",
     ),
+    (
+        r"invalid value '(.*)' for (`\w+`): -\d+ is not in 0\.\.=\d+",
+        r"\2 is \1; give a whole number, 0 or above",
+    ),
+    (
+        r"invalid value '(.*)' for (`\w+`): (number too large to fit in target type|\d+ is not in 0\.\.=\d+)",
+        r"\2 is \1; give a smaller number",
+    ),
+    (r"^the argument (`\w+`) cannot be used with (`\w+`)", r"\1 and \2 do not go together; leave one out"),
     (r"; see the documentation of the option$", ""),
     (r"^the edge length (\S+) is out of range", r"`edge_length` \1 is out of range"),
     (r"^the ratio (\S+) is out of range", r"`ratio` \1 is out of range"),

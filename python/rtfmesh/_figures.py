@@ -106,8 +106,9 @@ def inspect(
     shape = given_mesh(vertices, faces)
     mesh = mesh_arrays(shape.vertices, shape.faces)
     vertices_wanted = None if n is None else count(n)
-    if vertices_wanted is not None and vertices_wanted < 1:
-        raise InputError(f"`n` is {n}; give at least 1")
+    if vertices_wanted is not None and not 1 <= vertices_wanted <= MAX_COUNT:
+        least_or_most = "at least 1" if vertices_wanted < 1 else f"at most {MAX_COUNT}"
+        raise InputError(f"`n` is {n}; give {least_or_most}")
     angle = degrees(feature_angle)
     check_needs({"features": features})
     lines = take_features({"features": features}, mesh[0])
@@ -116,6 +117,10 @@ def inspect(
     # Of files, which there are none of.
     del found["notes"], found["attributes"]
     return found
+
+
+# The most vertices that a plan is made for.
+MAX_COUNT = 2**32 - 1
 
 
 @dataclass

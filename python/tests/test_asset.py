@@ -241,6 +241,8 @@ def test_places_of_points():
         ({"device": 1.5}, "`device` is 1.5; give"),
         ({"distances": "yes"}, "`distances` is 'yes'; use True or False"),
         ({"faces": "many"}, "`faces` is 'many'; give a whole number"),
+        ({"faces": 2}, "`faces` 2 is out of range; ask for at least 4 triangles"),
+        ({"told": 3}, "`told` is 3; give a function"),
         ({"attributes": {"vertex": {"rgb": [[1, 2, 3]]}}}, "`attributes.vertex\\['rgb'\\]` has shape"),
         ({"attributes": {"uv": [[[0.0, 0.0]]]}}, "`attributes.uv` has shape"),
     ],

@@ -39,7 +39,7 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]])
         ({"n": True}, "`n` is True; use a number or a word"),
         ({"n": [5]}, "`n` is of type list"),
         ({"n": 10**30}, "`n`"),
-        ({"ratio": 0.5}, "`n` cannot be used with `ratio`"),
+        ({"ratio": 0.5}, "`n` and `ratio` do not go together"),
         ({"n": None, "ratio": -1}, "ratio"),
         ({"n": None, "edge_length": "wide"}, "`edge_length`"),
         ({"weld": 2}, "`weld` 2 is out of range"),
@@ -105,7 +105,7 @@ def test_what_is_wrong_with_a_result_is_a_warning_at_the_callers_line(torus):
     assert told[0].filename == __file__
     assert [str(warning.message) for warning in told] == result.report["warnings"]
     # Below what the topology needs, there is no mesh.
-    with pytest.raises(rtfmesh.InputError, match=r"4 vertices are too few .*ask for 9 vertices or more"):
+    with pytest.raises(rtfmesh.InputError, match=r"4 vertices are too few .*ask for 8 vertices or more"):
         rtfmesh.remesh(torus.vertices, torus.faces, 4)
 
 

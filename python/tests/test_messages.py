@@ -133,6 +133,11 @@ UNORDERED = {
         (lambda: rtfmesh.remesh(V, F, 50, sizing="curvature", gradation=4), "`gradation` 4 is out of range"),
         (lambda: rtfmesh.remesh(V, F, 50, sizing="anisotropic", aspect=0), "`aspect` 0 is out of range"),
         (lambda: rtfmesh.remesh(V, F, 50, seed=-1), "`seed` is '-1'; give a whole number, 0 or above"),
+        (lambda: rtfmesh.remesh(V, F, 50, seed=2**70), f"`seed` is {2**70}; give a smaller number"),
+        (lambda: rtfmesh.remesh(V, F, 50, iterations=-1), "`iterations` is -1; give a whole number, 0 or"),
+        (lambda: rtfmesh.remesh(V, F, 50, iterations=2**40), f"`iterations` is {2**40}; give a smaller"),
+        (lambda: rtfmesh.remesh(V, F, 50, edge_length=1), "`n` and `edge_length` do not go together"),
+        (lambda: rtfmesh.inspect(V, F, 10**25), f"`n` is {10**25}; give at most {2**32 - 1}"),
         (lambda: rtfmesh.remesh(V, F, 50, sizing=np.zeros(4)), "`sizing` is 0 for vertex 0; give numbers"),
         (lambda: rtfmesh.remesh(V, F, 50, sizing="property:zz"), "`sizing`: the vertices have no numeric"),
         (

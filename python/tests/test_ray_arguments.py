@@ -93,6 +93,8 @@ def test_what_is_wrong_for_each_mesh_is_said_once(tmp_path, monkeypatch, remeshe
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
+        ({"min_edge": 2, "max_edge": 1, "sizing": "curvature"}, "`min_edge` 2 is more than `max_edge` 1"),
+        ({"min_edge": "2%", "max_edge": "1%", "sizing": "curvature"}, "`min_edge` 2% is more than"),
         ({"wrap": "-1%"}, "`wrap` -1% is out of range; give a length above 0"),
         ({"features": 5}, "`features` is 5; give the name of a file"),
         ({"fixed_points": 0.5}, "`fixed_points` is 0.5; give the name of a file"),

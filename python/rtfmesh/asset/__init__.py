@@ -42,6 +42,8 @@ __all__ = ["Asset", "make"]
 
 # Texels a side.
 SIDES = (16, 8192)
+# Triangles of the smallest closed surface.
+FEWEST = 4
 # What remeshing has that a new look makes no sense of, and what `faces` says here.
 USELESS, SIZES = ("keep_uv", "correspondence", "cells"), ("n", "n_faces", "edge_length", "ratio")
 
@@ -150,6 +152,8 @@ def make(
         As in `remesh`.
     """
     wanted, side, with_normals = _count(faces), _side(texture), truth(normals, "normals")
+    if told is not None and not callable(told):
+        raise InputError(f"`told` is {short(told)}; give a function of one text, such as print")
     for name in (*USELESS, *SIZES):
         if name in options:
             remedy = "leave it out" if name in USELESS else "`faces` says how many triangles there are"
@@ -212,9 +216,12 @@ def has_linear_colours(path: str | os.PathLike[str]) -> bool:
 def _count(faces: Any) -> int:
     """A number of triangles."""
     try:
-        return count(faces)
+        number = count(faces)
     except InputError as error:
         raise InputError(str(error).replace("`n`", "`faces`")) from None
+    if number < FEWEST:
+        raise InputError(f"`faces` {faces} is out of range; ask for at least {FEWEST} triangles")
+    return number
 
 
 def _side(texture: Any) -> int:

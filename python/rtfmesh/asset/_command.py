@@ -54,7 +54,7 @@ def main(arguments: list[str]) -> int:
             return run(given, say)
     except Error as error:
         # What options are called here.
-        tell(f"error: {str(error).replace('`n_faces`', '--faces')}")
+        tell(f"error: {str(error).replace('`faces`', '--faces')}")
         return next((code for kind, code in EXIT_CODES.items() if isinstance(error, kind)), 1)
 
 

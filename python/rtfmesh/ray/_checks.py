@@ -46,6 +46,13 @@ def check_options(n: Any, options: Mapping[str, Any]) -> None:
         if not 0 <= float(edges) <= MAX_SMOOTH_LABELS:
             text = f"use 0 to {MAX_SMOOTH_LABELS} input edges, such as 1"
             raise InputError(f"`smooth_labels` {edges} is out of range; {text}")
+    bounds = [word(name, given[name]) for name in ("min_edge", "max_edge") if name in given]
+    # Lengths in percent depend on the mesh.
+    if len(bounds) == 2 and len({bound.endswith("%") for bound in bounds}) == 1:
+        least, most = (float(bound.removesuffix("%")) for bound in bounds)
+        if least > most:
+            text = "give a smaller `min_edge` or a larger `max_edge`"
+            raise InputError(f"`min_edge` {bounds[0]} is more than `max_edge` {bounds[1]}; {text}")
     if "wrap" in given:
         check_wrap(word("wrap", given["wrap"]), [name for name in OF_INPUT if given.get(name)])
 
