@@ -167,6 +167,26 @@ def keywords_without(*refused: str) -> Callable[[Callable[P, R]], Callable[P, R]
     return decorate
 
 
+def keywords_of(function: Callable[..., Any], *bound: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """For methods that pass keywords on: those of `function` in their signature, without the `bound` ones."""
+
+    def decorate(method: Callable[P, R]) -> Callable[P, R]:
+        signature = inspect.signature(method)
+        own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+        names = {*(one.name for one in own), *bound}
+        theirs = [
+            one.replace(kind=one.KEYWORD_ONLY)
+            for one in inspect.signature(function).parameters.values()
+            if one.name not in names and one.kind is not one.VAR_KEYWORD
+        ]
+        method.__signature__ = signature.replace(  # type: ignore[attr-defined]
+            parameters=[*own, *theirs]
+        )
+        return method
+
+    return decorate
+
+
 def annotation(kind: Any) -> Any:
     """A type as it was written, if it has not been looked up."""
     return getattr(kind, "__forward_arg__", kind)

@@ -26,7 +26,7 @@ from ._remesher import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 from ._volume import Grid, grid_of, volume_of
-from ._words import keywords
+from ._words import keywords, keywords_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -148,6 +148,7 @@ class PointsAccessor:
     def __init__(self, points: pyvista.PointSet) -> None:
         self._points = points
 
+    @keywords_of(reconstruct, "points")
     def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
         """A surface of exactly `n` points, in well-shaped triangles, through these.
 
@@ -308,6 +309,7 @@ class Accessor:
             made.point_data.active_texture_coordinates_name = uv_name
         return made
 
+    @keywords_of(reconstruct, "points")
     def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
         """As `PointsAccessor.reconstruct`, of points without faces."""
         mesh = self._mesh
@@ -317,10 +319,12 @@ class Accessor:
             )
         return reconstruct(mesh, n, **wanted)
 
+    @keywords_of(measure, "vertices", "faces")
     def measure(self, against: MeshLike | NDArray[Any] | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.measure`, of this surface; `against` is another one, or points."""
         return measure(self._mesh, against=against, **wanted)
 
+    @keywords_of(inspect, "vertices", "faces")
     def inspect(self, n: int | str | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.inspect`, of this surface."""
         return inspect(self._mesh, n=n, **wanted)

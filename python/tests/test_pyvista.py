@@ -1,5 +1,7 @@
 """The accessor on surfaces of PyVista. Nothing is drawn, so that no display is needed."""
 
+import inspect
+
 import numpy as np
 import pytest
 
@@ -166,3 +168,16 @@ def test_points_become_a_surface():
 def test_surfaces_are_no_points(ball):
     with pytest.raises(rtfmesh.InputError, match="works only with points"):
         ball.rtfmesh.reconstruct(100)
+
+
+def test_accessors_show_the_keywords_that_they_pass_on():
+    surface, points = pv.Sphere().rtfmesh, pv.PointSet(np.zeros((4, 3))).rtfmesh
+    for method, own, others in (
+        (surface.measure, ["against"], ["accuracy", "features"]),
+        (surface.inspect, ["n"], ["feature_angle"]),
+        (surface.reconstruct, ["n"], ["closed", "remesher", "max_deviation"]),
+        (points.reconstruct, ["n"], ["closed", "remesher", "max_deviation"]),
+    ):
+        names = list(inspect.signature(method).parameters)
+        assert names[: len(own)] == own and set(others) <= set(names), names
+        assert not {"vertices", "faces", "points", "wanted"} & set(names), names
