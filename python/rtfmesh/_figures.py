@@ -18,6 +18,9 @@ from ._errors import InputError, OutputError
 from ._objects import MeshLike, arrays_of, given_mesh, is_pair, reference_of, with_count
 from ._words import check_needs, count, is_word, keywords, take_features
 
+# The most vertices that a plan is made for.
+MAX_COUNT = 2**32 - 1
+
 
 def degrees(feature_angle: Any) -> float:
     """The least angle of sharp edges."""
@@ -117,10 +120,6 @@ def inspect(
     # Of files, which there are none of.
     del found["notes"], found["attributes"]
     return found
-
-
-# The most vertices that a plan is made for.
-MAX_COUNT = 2**32 - 1
 
 
 @dataclass

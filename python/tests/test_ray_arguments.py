@@ -39,6 +39,14 @@ def begin(folder, monkeypatch, arguments):
         ({"fixed_points": "no.xyz"}, "`fixed_points` is 'no.xyz': there is no such file"),
         ({"device": 1.5}, "`device` is 1.5; give"),
         ({"device": "no such"}, "`device` is 'no such': no device matches"),
+        ({"min_edge": 2, "max_edge": 1, "sizing": "curvature"}, "`min_edge` 2 is more than `max_edge` 1"),
+        ({"min_edge": "2%", "max_edge": "1%", "sizing": "curvature"}, "`min_edge` 2% is more than"),
+        ({"wrap": "-1%"}, "`wrap` -1% is out of range; give a length above 0"),
+        ({"features": 5}, "`features` is 5; give the name of a file"),
+        ({"fixed_points": 0.5}, "`fixed_points` is 0.5; give the name of a file"),
+        ({"fixed_points": __file__}, "`fixed_points`: "),
+        ({"keep": [3]}, "invalid value '3' for `keep`"),
+        ({"sizing": np.ones(3)}, "`sizing` is of type ndarray"),
     ],
 )
 def test_wrong_arguments_are_said_before_any_work(tmp_path, monkeypatch, wrong, says):
@@ -88,25 +96,6 @@ def test_what_is_wrong_for_each_mesh_is_said_once(tmp_path, monkeypatch, remeshe
         begin(tmp_path, monkeypatch, wrong)
     name = "NaN" if "NaN" in str(of_one.value) else "nan"
     assert str(of_all.value).replace("nan", name) == str(of_one.value)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "says"),
-    [
-        ({"min_edge": 2, "max_edge": 1, "sizing": "curvature"}, "`min_edge` 2 is more than `max_edge` 1"),
-        ({"min_edge": "2%", "max_edge": "1%", "sizing": "curvature"}, "`min_edge` 2% is more than"),
-        ({"wrap": "-1%"}, "`wrap` -1% is out of range; give a length above 0"),
-        ({"features": 5}, "`features` is 5; give the name of a file"),
-        ({"fixed_points": 0.5}, "`fixed_points` is 0.5; give the name of a file"),
-        ({"fixed_points": __file__}, "`fixed_points`: "),
-        ({"keep": [3]}, "invalid value '3' for `keep`"),
-        ({"sizing": np.ones(3)}, "`sizing` is of type ndarray"),
-    ],
-)
-def test_values_that_no_list_has_are_said_at_once(tmp_path, monkeypatch, wrong, says):
-    with pytest.raises(rtfmesh.InputError) as raised:
-        begin(tmp_path, monkeypatch, wrong)
-    assert says in str(raised.value)
 
 
 @pytest.mark.parametrize(
