@@ -48,7 +48,7 @@ impl Plan {
         Ok(edges)
     }
 
-    /// Whether the user wants edges or vertices that local operations do not know of.
+    /// Whether the user wants edges or vertices that local operations in single components do not know of.
     pub fn has_kept(&self) -> bool {
         !self.curves.is_empty() || !self.pinned.is_empty()
     }

@@ -241,8 +241,9 @@ impl<'a> PreviewedSurface<'a> {
                     vertices = enough(curves, self.area, vertices);
                     continue;
                 }
-                (Err(Error::Usage { .. }), _)
-                    if self.plan.pinned.is_empty() && self.plan.curves.may_be_lost(self.options) =>
+                (Err(Error::Usage { .. }), Some(curves))
+                    if self.plan.pinned.is_empty()
+                        && (self.plan.curves.is_empty() || curves.corners.len() <= vertices) =>
                 {
                     Vec::new()
                 }

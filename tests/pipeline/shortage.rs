@@ -42,12 +42,11 @@ fn thin_parts_get_the_sites_that_they_need() {
     }
 }
 
-/// A surface that needs 21 vertices, with a user's line, for which local operations do not step in.
-fn with_a_line(vertices: usize, shortage: Shortage) -> Result<Remeshed> {
+/// A surface that needs 21 vertices, with a user's point, for which local operations do not step in.
+fn with_a_point(vertices: usize, shortage: Shortage) -> Result<Remeshed> {
     let input = sample("genus3").unwrap();
-    let [a, b, _] = input.corners(0);
-    let features = FeatureLines::new(vec![FeatureLine { line: 1, points: vec![a, b] }]);
-    let result = remesh(device(), &input, &Options::new(vertices).shortage(shortage).features(features));
+    let points = input.vertices[..1].to_vec();
+    let result = remesh(device(), &input, &Options::new(vertices).shortage(shortage).points(points));
     assert_valid(device());
     result
 }
@@ -55,7 +54,7 @@ fn with_a_line(vertices: usize, shortage: Shortage) -> Result<Remeshed> {
 #[test]
 fn a_faulty_result_is_refused_if_asked_for_and_vertices_added() {
     let input = sample("genus3").unwrap();
-    let error = with_a_line(20, Shortage::Refuse).unwrap_err();
+    let error = with_a_point(20, Shortage::Refuse).unwrap_err();
     assert!(matches!(error, Error::Input { .. }), "{error:?}");
     let text = error.to_string();
     assert!(
@@ -78,7 +77,7 @@ fn vertices_are_added_until_they_suffice_for_the_curves_that_finer_edges_show() 
 
 #[test]
 fn with_best_effort_it_comes_out_with_warnings() {
-    let result = with_a_line(20, Shortage::BestEffort).unwrap();
+    let result = with_a_point(20, Shortage::BestEffort).unwrap();
     assert!(!result.mesh.triangles.is_empty());
     let warnings = faults(&result.summary);
     assert!(warnings.iter().any(|w| w.contains("near (")), "{warnings:?}");
@@ -137,11 +136,13 @@ fn the_lines_of_a_user_do_not_give_way() {
     let input = sample("box").unwrap();
     let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
     let features = FeatureLines::new(vec![line]);
-    let refused = |vertices| remesh(device(), &input, &Options::new(vertices).features(features.clone()));
-    let error = refused(20).unwrap_err();
+    let run = |vertices| remesh(device(), &input, &Options::new(vertices).features(features.clone()));
+    // There are eight corners.
+    let error = run(7).unwrap_err();
     assert!(matches!(error, Error::Usage { .. }), "{error:?}");
-    let enough = advised(&error);
-    assert_like(&input, &refused(enough).unwrap(), enough);
+    for vertices in [8, 20, advised(&error)] {
+        assert_like(&input, &run(vertices).unwrap(), vertices);
+    }
 }
 
 /// A globe whose triangles at the poles have vertices of their own there, this far apart, one for every

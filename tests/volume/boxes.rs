@@ -94,8 +94,11 @@ fn the_program_keeps_edges_of_boxes_as_far_as_there_are_vertices() {
     assert_eq!(mesh.vertices.len(), 200);
     let on_faces = |p: &DVec3| ((*p - DVec3::splat(9.5)).abs().max_element() - 6.0).abs() < 1e-5;
     assert!(mesh.vertices.iter().all(on_faces));
-    let (_, told) = place.run("remesh box.npy out.ply -n 20 --labels");
-    let warning = "sharp edges were given up: sharp edges and boundaries need 20 vertices";
-    assert!(told.contains(warning), "{told}");
-    assert_eq!(read(place.path("out.ply")).unwrap().mesh.vertices.len(), 20);
+    let warning = "sharp edges were given up: sharp edges and boundaries need 8 vertices";
+    for count in [20, 8, 7] {
+        let (_, told) = place.run(&format!("remesh box.npy out.ply -n {count} --labels"));
+        assert_eq!(told.contains(warning), count < 8, "{told}");
+        let mesh = read(place.path("out.ply")).unwrap().mesh;
+        assert_eq!((mesh.vertices.len(), mesh.vertices.iter().all(on_faces)), (count, count >= 8));
+    }
 }

@@ -1,15 +1,16 @@
 //! Attempts with different random starts and, if the vertices do not suffice, with simplified components or
 //! more vertices.
 
-use super::levels::enough;
+use super::levels::{enough, more_vertices};
 use super::shared::CoarseToFine;
-use super::surface_model::{FeaturedSurface, ModelRequest, SurfaceModel};
+use super::surface_model::{FeaturedSurface, ModelRequest, SurfaceModel, feature_options, surface_vertices};
 use crate::mesh::sizing::SizeField;
 use crate::options::{Options, Shortage, Sizing};
 use crate::pipeline::anisotropic::anisotropic;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::outcome::{FaultKind, Outcome};
+use crate::pipeline::plan::Plan;
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::run_context::RunContext;
 use crate::progress::ProgressReporter;
@@ -243,6 +244,11 @@ impl Attempts<'_> {
                 drop(model);
                 return with_local_operations(&mut runner);
             }
+            Err(error @ Error::Usage { .. }) if self.context.plan.pinned.is_empty() => {
+                drop(model);
+                let outcome = self.with_all_features(&mut runner, &fallback, (features, vertices))?;
+                return self.accepted(outcome.ok_or(error)?);
+            }
             first => first?,
         };
         // Its edge lengths take memory on the device, as those of the next one do.
@@ -256,6 +262,50 @@ impl Attempts<'_> {
             None => runner.with_coarser_features(first, vertices)?,
         };
         self.accepted(outcome)
+    }
+
+    /// The surface with all its features by local operations instead of this outcome.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there are too few vertices for that, too, and a larger number is known to do.
+    fn by_local_operations(
+        &self,
+        first: Outcome,
+        runner: &mut Runner,
+        fallback: &Fallback,
+        (features, vertices): (FeatureSummary, usize),
+    ) -> Result<Outcome> {
+        for more in [vertices, 2 * vertices, 4 * vertices] {
+            match self.with_all_features(runner, fallback, (features, more))? {
+                Some(made) if more == vertices => return Ok(made),
+                Some(_) => {
+                    let problem = format!(
+                        "sharp edges and boundaries leave too few of {vertices} vertices for the rest"
+                    );
+                    let error = Error::usage(problem, more_vertices(more));
+                    return Err(self.context.plan.curves.name_borders(error));
+                }
+                None if runner.progress.leave_out() => break,
+                None => {}
+            }
+        }
+        Ok(first)
+    }
+
+    /// The surface with all its features by local operations; `None` if there are too few vertices for that,
+    /// too.
+    fn with_all_features(
+        &self,
+        runner: &mut Runner,
+        fallback: &Fallback,
+        (features, vertices): (FeatureSummary, usize),
+    ) -> Result<Option<Outcome>> {
+        let RunContext { surface, mesh, plan, .. } = self.context;
+        let request = ModelRequest { vertices, ..ModelRequest::of(plan) };
+        let options = feature_options(&self.context, &request, &surface_vertices(surface, mesh))?;
+        let made = |progress: &_| fallback.with_all_features((features, &options), vertices, progress);
+        let made = runner.progress.during(made)?;
+        Ok(made.map(|outcome| Outcome { attempts: runner.attempts, ..outcome }))
     }
 
     /// Whether the vertices are fewer than handles and loops need, or hardly more than thousands of handles
@@ -289,7 +339,7 @@ impl Attempts<'_> {
         {
             return Ok(first);
         }
-        // Local operations do not know the user's curves, but another start may do.
+        // Local operations in single components do not know the user's curves, but another start may do.
         let starts = match (self.context.plan.has_kept(), self.context.plan.pinned.whole.is_empty()) {
             (false, _) => 0,
             (true, true) => 1,
@@ -304,6 +354,10 @@ impl Attempts<'_> {
             if !other.is_refused() {
                 return Ok(other);
             }
+        }
+        let Plan { curves, pinned, .. } = self.context.plan;
+        if first.is_refused() && !curves.is_empty() && pinned.is_empty() {
+            return self.by_local_operations(first, runner, fallback, (features, vertices));
         }
         let best = runner.with_local_operations(first, fallback, (features, vertices))?;
         if best.is_bad_all_over() { runner.with_other_starts(best, vertices, seed) } else { Ok(best) }

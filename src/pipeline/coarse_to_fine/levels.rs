@@ -14,10 +14,12 @@ const MOST_SHORT: f64 = 0.2;
 /// Short curves do not count if they are fewer than this fraction of the level's sites.
 const FEW_SHORT: f64 = 0.01;
 
-/// Longer spacings that are looked at where that of a number of sites does not do, each by this factor.
+/// Longer spacings are looked at where that of a number of sites does not do, in steps of this factor.
 const LONGER: f64 = 1.02;
-/// How many of them.
-const LONGER_SPACINGS: i32 = 24;
+/// How many of them: up to twice the spacing.
+const LONGER_SPACINGS: i32 = 35;
+/// So often the place in such a step is halved where curves get fewer sites.
+const HALVINGS: u32 = 30;
 
 /// Sites of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -87,16 +89,18 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
         return Ok(plan);
     }
     let plan = even(curves, area, count);
-    Err(Error::usage(
-        format!(
-            "sharp edges and boundaries need {} vertices, which leaves too few of {count} for the rest",
-            plan.sites - plan.interior
-        ),
-        format!(
-            "ask for {} vertices or more, let `shortage` add-vertices add them, or raise `feature_angle`",
-            enough(curves, area, count)
-        ),
-    ))
+    let kept = plan.sites - plan.interior;
+    let problem = format!(
+        "sharp edges and boundaries need {kept} vertices, which leaves too few of {count} for the rest"
+    );
+    Err(Error::usage(problem, more_vertices(enough(curves, area, count))))
+}
+
+/// The remedy where curves leave too few vertices for the rest.
+pub(crate) fn more_vertices(enough: usize) -> String {
+    format!(
+        "ask for {enough} vertices or more, let `shortage` add-vertices add them, or raise `feature_angle`"
+    )
 }
 
 /// The level of `count` sites, if that leaves enough besides those on curves. Curves of one length all get
@@ -104,16 +108,42 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
 /// many sites on curves do.
 fn fitting(curves: &SurfaceCurves, area: f64, count: usize) -> Option<LevelPlan> {
     let plan = even(curves, area, count);
+    if fits(&plan) {
+        return Some(plan);
+    }
     let longer = |k: i32| {
-        let spacing = plan.spacing * LONGER.powi(k);
-        let on = curves.count(spacing);
-        let kept = on.sites + plan.points;
-        // As many sites cover the area evenly with this spacing.
-        let fewer = area / (0.75_f64.sqrt() * spacing * spacing) + on.sites as f64 - 0.5 * on.sides as f64;
-        let fits = kept as f64 <= MOST_ON_CURVES * fewer.min(count as f64);
+        let (shorter, spacing) = fewer_on_curves(curves, [k, k + 1].map(|k| plan.spacing * LONGER.powi(k)))?;
+        // The most sites with this spacing: with one more, it would be shorter, and more were on curves.
+        let on = curves.count(shorter);
+        let most = area / covered(shorter) + on.sites as f64 - 0.5 * on.sides as f64;
+        let kept = curves.count(spacing).sites + plan.points;
+        let fits = kept as f64 <= MOST_ON_CURVES * most.min(count as f64);
         fits.then(|| LevelPlan { sites: count, interior: count - kept, spacing, ..plan })
     };
-    if fits(&plan) { Some(plan) } else { (1..=LONGER_SPACINGS).find_map(longer) }
+    (0..LONGER_SPACINGS).find_map(longer)
+}
+
+/// The largest spacing in a range from which on fewer sites are on curves than just below it, which comes
+/// first; `None` if equally many are on them at both ends.
+fn fewer_on_curves(curves: &SurfaceCurves, [mut low, mut high]: [f64; 2]) -> Option<(f64, f64)> {
+    let least = curves.count(high);
+    if curves.count(low) == least {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = (low * high).sqrt();
+        if curves.count(middle) == least {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    Some((low, high))
+}
+
+/// The area that is a site's, inside, at this spacing.
+fn covered(spacing: f64) -> f64 {
+    0.75_f64.sqrt() * spacing * spacing
 }
 
 /// `count`, or the least larger count that leaves enough sites besides those on curves.
@@ -152,15 +182,15 @@ fn fits(plan: &LevelPlan) -> bool {
 fn even(curves: &SurfaceCurves, area: f64, count: usize) -> LevelPlan {
     // A site on a boundary covers half the area of an interior one, and one where three sides meet one and a
     // half times.
-    let covered = |h: f64, on: CurveCounts| {
+    let all_cover = |h: f64, on: CurveCounts| {
         let sites = count as f64 - on.sites as f64 + 0.5 * on.sides as f64;
-        0.75_f64.sqrt() * h * h * sites
+        covered(h) * sites
     };
     let plain = spacing(area, count);
     let (mut low, mut high) = (plain / 64.0, plain * 64.0);
     for _ in 0..60 {
         let middle = (low * high).sqrt();
-        if covered(middle, curves.count(middle)) < area {
+        if all_cover(middle, curves.count(middle)) < area {
             low = middle;
         } else {
             high = middle;
@@ -278,18 +308,21 @@ mod tests {
     #[test]
     fn more_sites_never_leave_too_few_for_the_rest() {
         // Where the curves get their second site, far more are on curves than before.
-        let (mesh, curves) = chequered_sheet(12);
-        let extent = Extent { area: mesh.area(), euler: 1, curves: Some(&curves) };
-        let counts: Vec<usize> = (100..3000).step_by(20).collect();
-        let alone: Vec<bool> = counts.iter().map(|n| fits(&even(&curves, mesh.area(), *n))).collect();
-        assert!(!alone.is_sorted(), "no such case: {alone:?}");
-        let found: Vec<bool> = counts.iter().map(|n| levels(&extent, *n, 300).is_ok()).collect();
-        assert!(found.is_sorted() && !found[0], "{found:?}");
-        assert_eq!(found.iter().position(|is| *is), alone.iter().position(|is| *is));
-        for ((n, alone), _) in counts.into_iter().zip(alone).zip(found).filter(|(_, found)| *found) {
-            let last = *levels(&extent, n, 300).unwrap().last().unwrap();
-            let kept = curves.count(last.spacing).sites;
-            assert_eq!((last.sites, last.interior + kept), (n, n), "{alone}");
+        for (squares, counts, step) in [(4, 30..130, 1), (6, 60..420, 12)] {
+            let (mesh, curves) = chequered_sheet(squares);
+            let extent = Extent { area: mesh.area(), euler: 1, curves: Some(&curves) };
+            let counts: Vec<usize> = counts.step_by(step).collect();
+            let alone: Vec<bool> = counts.iter().map(|n| fits(&even(&curves, mesh.area(), *n))).collect();
+            assert!(!alone.is_sorted(), "no such case: {alone:?}");
+            let found: Vec<bool> = counts.iter().map(|n| levels(&extent, *n, 300).is_ok()).collect();
+            assert!(found.is_sorted() && !found[0], "{squares}: {found:?}");
+            let first = |list: &[bool]| list.iter().position(|is| *is).unwrap();
+            assert!(first(&found) <= first(&alone), "{squares}: {found:?}");
+            for (n, alone) in counts.into_iter().zip(alone).skip(first(&found)) {
+                let last = *levels(&extent, n, 300).unwrap().last().unwrap();
+                let kept = curves.count(last.spacing).sites;
+                assert_eq!((last.sites, last.interior + kept), (n, n), "{squares}, {alone}");
+            }
         }
     }
 

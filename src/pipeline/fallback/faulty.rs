@@ -1,7 +1,8 @@
 //! Faulty results of cells, whose components are remeshed by local operations; or the whole surface is.
 
 use super::components::{Components, RepairInput};
-use super::remesh::ComponentTarget;
+use super::remesh::{ComponentTarget, remesh_locally};
+use crate::mesh::features::FeatureOptions;
 use crate::mesh::quality::quality;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
@@ -10,6 +11,7 @@ use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome, SLIVER, is_bad_all_over, slivers};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::run_context::RunContext;
+use crate::pipeline::sides::face_as;
 use crate::sites::connect::ConnectCounts;
 use crate::{Error, ProgressToken, Result, TriMesh};
 
@@ -127,6 +129,31 @@ impl Fallback<'_> {
     ) -> Result<Outcome> {
         let target = ComponentTarget { closely: true, ..self.component_target(vertices, progress) };
         self.remeshed(features, &target, progress)
+    }
+
+    /// The surface remeshed by local operations, with all features of these options, the user's curves among
+    /// them, or `None` if there are too few vertices for that.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn with_all_features(
+        &self,
+        (features, options): (FeatureSummary, &FeatureOptions),
+        vertices: usize,
+        progress: &ProgressToken,
+    ) -> Result<Option<Outcome>> {
+        let surface = self.context.surface.mesh();
+        let target = self.component_target(vertices, progress);
+        let lengths: Vec<f64> = match self.sizes.is_uniform() {
+            true => Vec::new(),
+            false => (0..surface.vertices.len() as u32).map(|v| self.sizes.at_vertex(v)).collect(),
+        };
+        let made = remesh_locally(&surface, &lengths, (options, &target), &progress.silent())?;
+        let Some(mut mesh) = made else { return Ok(None) };
+        face_as(&mut mesh, &surface);
+        let outcome = Outcome { features: Some(features), vertices, attempts: 1, ..Outcome::default() };
+        let outcome = self.checked(mesh, outcome, progress)?;
+        Ok((!outcome.is_refused()).then_some(outcome))
     }
 
     fn remeshed(

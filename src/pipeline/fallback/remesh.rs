@@ -95,6 +95,11 @@ impl<'a> ComponentTarget<'a> {
         }
     }
 
+    /// What features of a component are found by.
+    fn features(&self) -> FeatureOptions {
+        FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(self.spacing) }
+    }
+
     /// The same with another number of vertices.
     pub fn with_vertices(self, vertices: usize) -> Self {
         Self { vertices, ..self }
@@ -168,7 +173,7 @@ pub(crate) fn remesh_component(
 fn make_component(surface: &TriMesh, lengths: &[f64], target: &ComponentTarget) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
-    let mut mesh = match remesh_locally(surface, lengths, target, progress)? {
+    let mut mesh = match remesh_locally(surface, lengths, (&target.features(), target), progress)? {
         Some(mesh) => mesh,
         None => simplify_and_polish(surface, target, progress)?,
     };
@@ -203,13 +208,13 @@ fn simplify_and_polish(
     Ok(if is_sound(&polished.mesh)? { polished.mesh } else { relaxed })
 }
 
-/// The surface remeshed by local operations and polished; `None` if that does not reach the number of
-/// vertices, if more faces intersect than before, or if the work is to finish early. Where a try leaves a
-/// vertex of the surface out, the next one keeps it as a corner.
-fn remesh_locally(
+/// The surface remeshed by local operations and polished, with the features of these options; `None` if that
+/// does not reach the number of vertices, if more faces intersect than before, or if the work is to finish
+/// early. Where a try leaves a vertex of the surface out, the next one keeps it as a corner.
+pub(super) fn remesh_locally(
     surface: &TriMesh,
     lengths: &[f64],
-    target: &ComponentTarget,
+    (options, target): (&FeatureOptions, &ComponentTarget),
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
     let before = topology(surface);
@@ -218,9 +223,7 @@ fn remesh_locally(
     if progress.leave_out() || target.vertices < needed || before.is_crowded(target.vertices) {
         return Ok(None);
     }
-    let options =
-        FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
-    let Ok(features) = find_features(surface, &options) else { return Ok(None) };
+    let Ok(features) = find_features(surface, options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
     let before = Before::new(surface, before);
     let closer = Closer { before: &before, features: &features, lengths, on: &on, target };
@@ -469,11 +472,9 @@ pub(crate) fn least_vertices(surface: &TriMesh, target: &ComponentTarget) -> Res
 /// [`crate::Error::Cancelled`].
 fn simplify_component(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified> {
     let simplify = |preserved: Preserved| with_vertices(surface, preserved, target.vertices, target.progress);
-    let options =
-        FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     // A number that the topology does not allow is not reached with curves, either.
     if target.vertices >= topology(surface).vertices_needed()
-        && let Ok(features) = find_features(surface, &options)
+        && let Ok(features) = find_features(surface, &target.features())
         && features.corners.len() <= target.vertices
     {
         let curves = curve_half_edges(surface, &features);

@@ -15,6 +15,7 @@ use std::borrow::Cow;
 use rayon::prelude::*;
 
 use super::coarse::surface_or_coarse;
+use crate::grammar::counted;
 use crate::io::Volume;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::progress::ProgressReporter;
@@ -133,8 +134,14 @@ fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Res
     let mut borders = extract(volume, &fields, options.closed, progress)?;
     if borders.triangles.is_empty() {
         let all = volume.values.first().copied().unwrap_or_default();
-        let remedy = "give a volume with two labels, or close the surface at the border";
-        return Err(Error::input(None, format!("all values of the volume are {all}"), remedy));
+        let (but, remedy) = match specks {
+            0 => (String::new(), "give a volume with two labels, or close the surface at the border"),
+            _ => {
+                let specks = counted(specks, ["speck", "specks"]);
+                (format!(" but for {specks}"), "keep specks with `keep_specks`")
+            }
+        };
+        return Err(Error::input(None, format!("all values of the volume are {all}{but}"), remedy));
     }
     // Smooth curves are shorter.
     for _ in 0..ROUNDS {
