@@ -43,7 +43,8 @@ def one_of(value: Any, name: str, words: Sequence[str]) -> str:
 
 def whole_numbers(value: Any, name: str, count: int) -> list[int]:
     """So many whole numbers."""
-    array = np.asarray(value) if isinstance(value, (list, tuple, np.ndarray)) else np.empty(0)
+    is_list = isinstance(value, (list, tuple, np.ndarray)) and dimensions(value) is not None
+    array = np.asarray(value) if is_list else np.empty(0)
     if array.shape != (count,) or array.dtype.kind not in "iu" or array.min() < 0:
         raise InputError(f"`{name}` is {short(value)}; give {count} whole numbers")
     return [int(number) for number in array]
@@ -68,7 +69,18 @@ def as_array(value: Any, name: str) -> NDArray[Any]:
     try:
         return np.asarray(value)
     except (TypeError, ValueError) as error:
+        if isinstance(value, (list, tuple)) and dimensions(value) is None:
+            text = f"`{name}` has rows of different lengths; give rows of equal length"
+            raise InputError(text) from None
         raise InputError(f"`{name}` is not an array: {error}") from error
+
+
+def dimensions(value: object) -> int | None:
+    """How many dimensions the value has as an array; None if its rows differ in length."""
+    try:
+        return np.ndim(value)  # type: ignore[arg-type]
+    except ValueError:
+        return None
 
 
 def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
@@ -88,6 +100,15 @@ def finite(array: NDArray[np.float64], name: str) -> NDArray[np.float64]:
     if not np.isfinite(array).all():
         row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
         raise InputError(f"`{name}` has a value in row {row} that is not finite; repair or remove such rows")
+    return array
+
+
+def with_extent(array: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+    """The rows of an array, unless there are none, or all are equal."""
+    if not len(array):
+        raise InputError(f"`{name}` is empty; give a row for each point")
+    if (array == array[0]).all():
+        raise InputError(f"`{name}` has the same point in all rows; give points of a surface")
     return array
 
 
@@ -123,3 +144,15 @@ def mesh_arrays(
     """Vertices (V, 3) and faces (F, 3), checked."""
     positions = finite(real_numbers(vertices, names[0], (None, 3)), names[0])
     return positions, indices(faces, names[1], 3, len(positions))
+
+
+def surface_arrays(
+    vertices: ArrayLike, faces: ArrayLike, names: tuple[str, str] = ("vertices", "faces")
+) -> tuple[Vertices, Faces]:
+    """As `mesh_arrays`, of a mesh that is not empty."""
+    positions, triangles = mesh_arrays(vertices, faces, names)
+    if not len(positions):
+        raise InputError(f"`{names[0]}` is empty; give a mesh with vertices and faces")
+    if not len(triangles):
+        raise InputError(f"`{names[1]}` is empty; rtfmesh.reconstruct makes a surface of points")
+    return positions, triangles

@@ -50,10 +50,14 @@ PHRASES = [
     ("`memory_bytes`", "`device_memory`"),
     (
         "make a mesh of the points with `cloud::surface`",
-        "read them with `points` and call rtfmesh.reconstruct",
+        "read its points with `points=True` and call rtfmesh.reconstruct",
     ),
     ("make a mesh of the volume with `volume::iso_surface`", "call rtfmesh.contour with its values"),
+    ("or declare the input format", "or name the format with `format`"),
+    ("use a file whose triangles or vertices have one, such as PLY", "add one to the mesh's attributes"),
+    ("; values on a grid can be read as a volume", "; rtfmesh.contour takes values on a grid"),
     ("read the file without materials", "leave out `materials`"),
+    ("or use --preset default", "or leave out `research`"),
     (
         "start processes without a fork (spawn), or fork before the first use",
         'start processes with multiprocessing.get_context("spawn")',
@@ -83,7 +87,34 @@ PATTERNS = [
     (r"^the maximum deviation (\S+) is out of range", r"`max_deviation` \1 is out of range"),
     (r"^so small a deviation needs", r"`max_deviation`: \g<0>"),
     (r"^vertex (\d+) has edge length (\S+); give lengths", r"`sizing` is \2 for vertex \1; give numbers"),
+    (
+        r"^the volume has no surface at .*: no value is finite;.*",
+        "`values`: no value is finite; give numbers",
+    ),
     (r"^the volume has no surface at", "`iso`: the volume has no surface at"),
+    (
+        r"^(\S+) is not a valid label; (.*), or make an isosurface$",
+        r"`values` has \1, which is not a label; \2, or give `iso` for a surface at a value",
+    ),
+    (
+        r"^all values of the volume are (\S+?)(?: but for .*)?;.*",
+        r"`values` are all \1 apart from specks; give another label, or use `closed` or `keep_specks`",
+    ),
+    (
+        r"^there are no faces, and (\d+) different points are too few for a surface",
+        r"`points` has \1 different points, too few for a surface",
+    ),
+    (r"^the points (lie|fill|show)", r"`points` \1"),
+    (r"^could not build a surface through the points", "`points`: could not build a surface through them"),
+    (
+        r"^no device matches ('.*'); there are: (.*)",
+        r"`device` is \1: no device matches \1; use one of these: \2",
+    ),
+    (
+        r"^the result is up to (\S+) away from the input, (\S+) may be;.*",
+        r"`result` is up to \1 away from `mesh`, more than \2; give the mesh that it was made from",
+    ),
+    (r"^the pose (has coordinates .*);.*", r"`poses` \1; repair or remove this pose"),
     (r"^a picture of \d+ x \d+ pixels", r"`size`: \g<0>"),
     (r"^unknown format ('.*?');", r"`format` \1 is unknown;"),
     (r"^(no triangle has the label .*);.*", r"\1; use a label that `attributes.face` has"),
@@ -120,6 +151,9 @@ def exception(kind: str, field: str | None, text: str) -> Error:
     text = in_python(text)
     for theirs, ours in PATTERNS:
         text = re.sub(theirs, ours, text)
+    # The name of the file is to blame, and not the disk.
+    if kind == "output" and "; name the result " in text:
+        kind, text = "usage", f"`path` {text}"
     argument = ARGUMENTS.get(field, field) if field else None
     if field in ("faces", "points"):
         text = text.replace(f"`{field}`", f"`{argument}`")

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays, one_of, real_number, truth, whole_numbers
+from ._arrays import Faces, Vertices, one_of, real_number, surface_arrays, truth, whole_numbers
 from ._errors import InputError, OutputError
 from ._objects import MeshLike, arrays_of, given_mesh, is_pair, reference_of, with_count
+from ._selections import with_argument
 from ._words import check_needs, count, is_word, keywords, take_features
 
 # The most vertices that a plan is made for.
@@ -73,12 +74,15 @@ def measure(
     Raises `InputError`.
     """
     shape = given_mesh(vertices, faces)
-    mesh = mesh_arrays(shape.vertices, shape.faces)
+    mesh = surface_arrays(shape.vertices, shape.faces)
     other = None if against is None else reference_of(against)
     wanted = ("energy", truth(energy, "energy")), ("features", truth(features, "features"))
     for name, given in (("accuracy", accuracy is not None), *wanted):
         if given and other is None:
             raise InputError(f"`{name}` needs `against`; remove one, or add the other")
+        if given and other is not None and not len(other[1]):
+            remedy = f"remove `{name}`, or make a surface of the points with rtfmesh.reconstruct"
+            raise InputError(f"`{name}` needs a mesh as `against`, and that has only points; {remedy}")
     angle = degrees(feature_angle)
     gap = None if accuracy is None else real_number(accuracy, "accuracy")
     found: dict[str, Any] = json.loads(
@@ -107,7 +111,7 @@ def inspect(
     """
     faces, n = with_count(vertices, faces, n)
     shape = given_mesh(vertices, faces)
-    mesh = mesh_arrays(shape.vertices, shape.faces)
+    mesh = surface_arrays(shape.vertices, shape.faces)
     vertices_wanted = None if n is None else count(n)
     if vertices_wanted is not None and not 1 <= vertices_wanted <= MAX_COUNT:
         least_or_most = "at least 1" if vertices_wanted < 1 else f"at most {MAX_COUNT}"
@@ -116,7 +120,10 @@ def inspect(
     check_needs({"features": features})
     lines = take_features({"features": features}, mesh[0])
     file = Path(features) if features is not None and is_word(features) else None  # type: ignore[arg-type]
-    found: dict[str, Any] = json.loads(_native.inspect(mesh, vertices_wanted, angle, lines, file))
+    try:
+        found: dict[str, Any] = json.loads(_native.inspect(mesh, vertices_wanted, angle, lines, file))
+    except InputError as error:
+        raise with_argument(error, {"features": features}) from None
     # Of files, which there are none of.
     del found["notes"], found["attributes"]
     return found
@@ -179,7 +186,7 @@ def render(
     if path is not None and not isinstance(path, (str, os.PathLike)):
         raise InputError(f"`path` is of type {type(path).__name__}; give the name of a .png file")
     if path is not None and Path(path).suffix.lower() != ".png":
-        raise InputError(f"`path` {os.fspath(path)} does not end in .png")
+        raise InputError(f"`path` {os.fspath(path)} does not end in .png; give the name of a .png file")
     width, height = whole_numbers(size, "size", 2)
     drawing = Drawing(
         color,

@@ -16,7 +16,7 @@ from . import _native
 from ._arrays import Faces, Vertices, mesh_arrays, short, truth
 from ._attributes import Attributes, Carrier, for_files, read_attributes
 from ._errors import Error, InputError, MeshWarning
-from ._objects import MeshLike, given_mesh
+from ._objects import MeshLike, given_mesh, is_object
 from ._words import keywords
 
 
@@ -47,10 +47,15 @@ class Mesh:
         return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
 
 
+# What is said of a name like that of a file in memory.
+NAMELESS = "the file name has no extension"
+
+
 def path_of(path: Any) -> Path:
     """The path of a file."""
     if not isinstance(path, (str, os.PathLike)):
-        raise InputError(f"`path` is of type {type(path).__name__}; give the name of a file")
+        order = " first, then the mesh" if is_object(path) else ""
+        raise InputError(f"`path` is of type {type(path).__name__}; give the name of a file{order}")
     return Path(path)
 
 
@@ -102,16 +107,24 @@ def _read_object(file: SupportsRead, wanted: tuple[str | None, bool, bool]) -> M
     if not isinstance(content, (str, bytes, bytearray, memoryview)):
         raise InputError(f"`path` has a read() that gives {short(content)}; give a file with text or bytes")
     data = content.encode() if isinstance(content, str) else bytes(content)
-    name = getattr(file, "name", "")
+    if not data:
+        raise InputError("`path` has nothing left to read; rewind it with seek(0), or give another file")
+    own = getattr(file, "name", "")
     # Of a file without a name, the content or `format` says what it is.
-    name = Path(name).name if isinstance(name, str) and Path(name).name else f"file.{wanted[0] or 'ply'}"
+    name = Path(own).name if isinstance(own, str) else ""
     with TemporaryDirectory() as folder:
-        path = Path(folder) / name
+        path = Path(folder) / (name or "file")
         path.write_bytes(data)
         try:
             arrays, attributes, notes = _native.read(path, *wanted)
         except Error as error:
-            raise type(error)(str(error).replace(f"{folder}{os.sep}", "")) from None
+            text = str(error).replace(f"{folder}{os.sep}", "")
+            if not name:
+                text = text.replace("file: ", "`path`: ", 1).replace(
+                    NAMELESS, "the content is of no known format"
+                )
+            raise type(error)(text) from None
+    notes = [note for note in notes if name or NAMELESS not in note]
     return Mesh(*arrays, read_attributes(attributes), notes)
 
 

@@ -10,7 +10,17 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import Faces, Vertices, finite, mesh_arrays, real_numbers, short
+from ._arrays import (
+    Faces,
+    Vertices,
+    dimensions,
+    finite,
+    mesh_arrays,
+    real_numbers,
+    short,
+    surface_arrays,
+    with_extent,
+)
 from ._attributes import Attributes
 from ._errors import InputError
 
@@ -66,11 +76,12 @@ def is_pair(value: object) -> bool:
     """Whether this is (vertices, faces)."""
     if not (isinstance(value, (tuple, list)) and len(value) == 2):
         return False
-    try:
-        return np.ndim(value[0]) == 2
-    except ValueError:
-        # A pair itself, of two meshes.
-        return False
+    first = value[0]
+    found = dimensions(first)
+    if found is None and isinstance(first, (list, tuple)):
+        # Either rows of different lengths, or a pair itself, of two meshes.
+        return all(dimensions(row) in (0, 1) for row in first)
+    return found == 2
 
 
 def is_object(value: object) -> bool:
@@ -126,19 +137,29 @@ def of_cloud(cloud: Any) -> Shape:
     return Shape(np.asarray(cloud.points), np.empty((0, 3), np.uint32), Attributes(vertex))
 
 
-def arrays_of(mesh: Any, name: str) -> tuple[Vertices, Faces]:
-    """The arrays of a mesh, checked."""
+def mesh_of(mesh: Any, name: str, others: str = "") -> Shape:
+    """The parts of a whole mesh; `others` is what may stand for it besides."""
     if not is_object(mesh):
-        raise InputError(f"`{name}` is {short(mesh)}, not a mesh; give {WHAT}")
-    shape = shape_of(mesh, name)
-    return mesh_arrays(shape.vertices, shape.faces, (f"{name}.vertices", f"{name}.faces"))
+        raise InputError(f"`{name}` is {short(mesh)}, not a mesh; give {others}{WHAT}")
+    return shape_of(mesh, name)
+
+
+def arrays_of(mesh: Any, name: str) -> tuple[Vertices, Faces]:
+    """The arrays of a mesh with faces, checked."""
+    shape = mesh_of(mesh, name)
+    positions, triangles = surface_arrays(shape.vertices, shape.faces, (f"{name}.vertices", f"{name}.faces"))
+    return with_extent(positions, f"{name}.vertices"), triangles
 
 
 def reference_of(against: Any) -> tuple[Vertices, Faces]:
     """What a mesh is compared with: another one, or points."""
     if is_object(against) or not isinstance(against, (np.ndarray, list)):
-        return arrays_of(against, "against")
-    return finite(real_numbers(against, "against", (None, 3)), "against"), np.empty((0, 3), np.uint32)
+        shape = mesh_of(against, "against")
+        names = "against.vertices", "against.faces"
+        positions, triangles = mesh_arrays(shape.vertices, shape.faces, names)
+        return with_extent(positions, names[0]), triangles
+    points = finite(real_numbers(against, "against", (None, 3)), "against")
+    return with_extent(points, "against"), np.empty((0, 3), np.uint32)
 
 
 def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
@@ -154,17 +175,19 @@ def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
         return Shape(vertices, faces, Attributes.of(attributes))
     if faces is not None:
         raise InputError("`faces` is given with a whole mesh; remove it, or give arrays for both")
-    shape = shape_of(vertices, "vertices")
-    return (
-        shape
-        if attributes is None or attributes is True
-        else Shape(shape.vertices, shape.faces, Attributes.of(attributes))
-    )
+    return with_attributes(shape_of(vertices, "vertices"), attributes)
+
+
+def with_attributes(shape: Shape, attributes: Any) -> Shape:
+    """The mesh with these attributes in place of its own, if there are others."""
+    if attributes is None or attributes is True:
+        return shape
+    return Shape(shape.vertices, shape.faces, Attributes.of(attributes))
 
 
 def with_count(vertices: Any, faces: Any, n: Any) -> tuple[Any, Any]:
     """The faces and the count, where after a whole mesh the count is the second argument."""
-    if faces is None or n is not None or not is_object(vertices) or np.ndim(faces) != 0:
+    if faces is None or n is not None or not is_object(vertices) or dimensions(faces) != 0:
         return faces, n
     return None, faces
 

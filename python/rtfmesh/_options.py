@@ -75,7 +75,7 @@ class Research(TypedDict, total=False):
 
 
 class Options(TypedDict, total=False):
-    """All options of `remesh`. Each may be left out; None stands for its default.
+    """All options of `remesh`. None stands for the default, except for flags: True or False.
 
     n_faces : int, 4 or above
         Number of triangles, such as 20k (instead of `n`). If Euler's formula allows no mesh of so many,
@@ -204,7 +204,7 @@ class Options(TypedDict, total=False):
     `weld` and `min_component`."""
     quality: Literal["draft", "normal", "best"] | None
     """Speed or quality [default: normal]."""
-    fit: bool | None
+    fit: bool
     """With False: keep vertices exactly on the input surface. By default they may leave it slightly,
     because triangles then fit the surface better."""
     symmetric: Literal["x", "y", "z", "auto"] | None
@@ -216,7 +216,7 @@ class Options(TypedDict, total=False):
     """Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
     the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well. Sharp
     corners of the input keep their angles."""
-    local: bool | None
+    local: bool
     """Remesh everything by local operations on the CPU. Local operations are edge splits, collapses and
     flips. By default they remesh only the components for which the Voronoi method fails."""
     iterations: int | None
@@ -238,7 +238,7 @@ class Options(TypedDict, total=False):
     """Make vertices of the points in this file, exactly. In any format that can be read; of a mesh, its
     vertices count. A point farther from the surface than 0.01 % of the diagonal becomes the nearest point
     of it, with a warning; one farther than 5 % is left out. Or an array (K, 3)."""
-    keep_boundary: bool | None
+    keep_boundary: bool
     """Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match."""
     keep: str | Sequence[str] | ArrayLike | None
     """Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME. A label,
@@ -292,12 +292,12 @@ class Options(TypedDict, total=False):
     """Remesh one closed surface around the outside; gaps below this are closed. In input units or as % of
     the diagonal. The surface runs where a ball of this diameter rolls over the input, which may be any
     triangles. Sheets become half as thick as this, and concave edges below 75° are rounded."""
-    vertices_at_least: bool | None
+    vertices_at_least: bool
     """Add vertices if N is too small for a valid mesh."""
-    strict: bool | None
+    strict: bool
     """Fail if the result has a fault, such as a lost part or a new self-intersection. By default rtfmesh
     writes its best mesh and warns."""
-    keep_uv: bool | None
+    keep_uv: bool
     """Keep texture seams and, in GLB, materials and images. No triangle crosses a seam then. Materials and
     images are read from glTF, OBJ and 3MF."""
     keep_labels: bool | str | Sequence[str] | None
@@ -306,7 +306,7 @@ class Options(TypedDict, total=False):
     smooth_labels: float | None
     """Smooth ragged label borders by at most this many input edges, with `keep_labels` [default: 1]. 0
     keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay."""
-    no_attributes: bool | None
+    no_attributes: bool
     """Leave out colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None
     """Finish within about this time with the best mesh found by then [default: none]. If not even the input

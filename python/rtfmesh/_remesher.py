@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Vertices, finite, mesh_arrays, real_numbers, short, truth
+from ._arrays import Vertices, finite, mesh_arrays, real_numbers, short, surface_arrays, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._grid_values import GridValues, grid_values
@@ -76,6 +77,16 @@ def wanted_device(device: Any, device_memory: Any) -> tuple[str | None, int | No
     return None if device is None else str(device), device_memory
 
 
+def opened(device: str | None, memory: int | None, timings: bool) -> _native.Device:
+    """The device; where the environment has chosen it, errors say so."""
+    try:
+        return _native.Device(device, memory, timings)
+    except DeviceError as error:
+        if device is not None:
+            raise
+        raise type(error)(str(error).replace("`device` is", "RTFMESH_DEVICE is")) from None
+
+
 class Remesher:
     """A device with its compiled kernels, for any number of meshes.
 
@@ -94,7 +105,7 @@ class Remesher:
         self, device: str | int | None = None, *, device_memory: int | None = None, timings: bool = False
     ) -> None:
         self._wanted = *wanted_device(device, device_memory), truth(timings, "timings")
-        self._open: tuple[int, _native.Device] | None = os.getpid(), _native.Device(*self._wanted)
+        self._open: tuple[int, _native.Device] | None = os.getpid(), opened(*self._wanted)
 
     def __getstate__(self) -> tuple[str | None, int | None, bool]:
         """What was asked for: a copy opens the device for itself when it first needs it."""
@@ -109,7 +120,7 @@ class Remesher:
     def _device(self) -> _native.Device:
         """The device that this process has opened."""
         if self._open is None or self._open[0] != os.getpid():
-            self._open = os.getpid(), _native.Device(*self._wanted)
+            self._open = os.getpid(), opened(*self._wanted)
         return self._open[1]
 
     @property
@@ -258,6 +269,10 @@ class Remesher:
         for name in ("features", "sizing", "fixed_points", "keep", "only"):
             if not is_word(wanted.get(name)):
                 raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
+        keep = wanted.get("keep_labels")
+        if not isinstance(label_names(keep), bool):
+            remedy = "use True for all borders between labels"
+            raise InputError(f"`keep_labels` is {short(keep)}, and a volume has no arrays of faces; {remedy}")
         nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
         result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
         for values in carried:
@@ -276,16 +291,14 @@ class Remesher:
         points: Points | None = None,
         volume: Volume | None = None,
     ) -> Result:
-        positions, triangles = mesh_arrays(vertices, faces)
-        if points is None and volume is None and len(positions) and not len(triangles):
-            raise InputError("`faces` has no faces; rtfmesh.reconstruct makes a surface of points")
+        is_mesh = points is None and volume is None
+        positions, triangles = (surface_arrays if is_mesh else mesh_arrays)(vertices, faces)
         named = dict(wanted)
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
         fixed = take_fixed_points(wanted)
         kept = take_kept(wanted, len(positions), triangles)
-        function = "contour" if volume else "remesh" if points is None else "reconstruct"
-        line = words(n, wanted, function)
+        line = words(n, wanted)
         values = volume.native() if volume else None
         keep = label_names(wanted.get("keep_labels"))
         carrier = Carrier.of(attributes, len(positions), len(triangles), False if volume else keep)
@@ -307,7 +320,8 @@ class Remesher:
             try:
                 done = _native.remesh(self._device, (positions, triangles), line, request)
             except InputError as error:
-                raise with_argument(error, named) from None
+                source = "values" if volume else "points" if points else "faces"
+                raise with_argument(error, named, source) from None
         (new_vertices, new_faces), columns, of_vertices, of_faces, text, cells = done
         found: dict[str, Any] = json.loads(text)
         # Of files, which there are none of.
@@ -315,9 +329,7 @@ class Remesher:
         for told_as in ("warnings", "notes"):
             found[told_as] = [in_python(text) for text in found[told_as]]
         of_labels = carrier.labels.warning() if carrier.labels else None
-        if of_labels:
-            found["warnings"].append(of_labels)
-            found["warning_codes"].append("labels")
+        warn_of_attributes(found, of_labels)
         kind: type[Result] = LocatedResult if told.correspondence else Result
         return kind(
             new_vertices,
@@ -332,6 +344,24 @@ class Remesher:
             else carrier.carried(columns, len(new_vertices), len(new_faces)),
             None if cells is None else Cells(*cells),
         )
+
+
+def warn_of_attributes(report: dict[str, Any], of_labels: str | None) -> None:
+    """Turns notes that an option has no effect into warnings, and adds the one on labels."""
+    notes, report["notes"] = report["notes"], []
+    for note in notes:
+        option = re.match(r"`(\w+)` has no effect: [^;]*", note)
+        # The warning knows which arrays count.
+        if note.startswith("`keep_labels` keeps") or (of_labels and "has no labels" in note):
+            continue
+        if option is None:
+            report["notes"].append(note)
+            continue
+        report["warnings"].append(f"{option[0]}; remove `{option[1]}`")
+        report["warning_codes"].append("no-effect")
+    if of_labels:
+        report["warnings"].append(of_labels)
+        report["warning_codes"].append("labels")
 
 
 @dataclass

@@ -1,9 +1,13 @@
-"""The argument that names triangles, in errors that say only which triangles there are not."""
+"""The argument that names triangles or edges, in errors that say only which ones do not exist."""
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+import numpy as np
 
 from ._errors import InputError
 
@@ -14,6 +18,13 @@ REFUSALS = {
         "no numeric attribute of triangles or vertices is named '{}'",
         "the attribute '{}' is 0 on all triangles",
     ),
+}
+# How messages about a mesh that is no surface begin, and what is said by the argument that it is made of.
+NO_SURFACE = ("the mesh has no faces with an area", "all vertices are at one point")
+NOTHING = {
+    "faces": "no face has an area; give a surface",
+    "points": "all are at one place; give points of a surface",
+    "values": "the surface has no area; give larger objects, or a finer grid",
 }
 # What is said of `keep`, where `only` names all other triangles.
 OF_ONLY = [
@@ -35,9 +46,37 @@ def selections(options: Mapping[str, Any]) -> Iterator[tuple[str, str, str]]:
                 yield argument, kind, name.rpartition("=")[0] if argument == "refine" else name
 
 
-def with_argument(error: InputError, options: Mapping[str, Any]) -> InputError:
-    """An error of a run, with the one of these options that names the triangles in question."""
-    text = str(error)
+def of_file(text: str, options: Mapping[str, Any]) -> str:
+    """What is said of a file, with the argument that names it."""
+    for name in ("features", "fixed_points"):
+        path = options.get(name)
+        if isinstance(path, (str, os.PathLike)) and text.startswith(f"{os.fspath(path)}: "):
+            return f"`{name}`: {text}"
+    return text
+
+
+def of_features(text: str, features: Any) -> str:
+    """What is said of a line of `features`: of a file's, or of the row of an array."""
+    line = re.match(r"line (\d+): no (?:edge|vertex) of the mesh ", text)
+    if line is None:
+        return text
+    if isinstance(features, (str, os.PathLike)):
+        return f"`features`: {os.fspath(features)}, {text}"
+    row = int(line[1]) - 1
+    remedy = "give both ends of an edge in each row"
+    return f"`features` has {np.asarray(features)[row].tolist()} in row {row}, which is no edge; {remedy}"
+
+
+def with_argument(error: InputError, options: Mapping[str, Any], source: str = "faces") -> InputError:
+    """An error of a run, with the one of these options that names the triangles or edges in question.
+
+    `source` is the argument that the surface is made of.
+    """
+    text = of_file(str(error), options)
+    if text.startswith(NO_SURFACE):
+        text = f"`{source}`: {NOTHING[source]}"
+    if options.get("features") is not None:
+        text = of_features(text, options["features"])
     for argument, kind, name in selections(options):
         if text.startswith(tuple(refusal.format(name) for refusal in REFUSALS.get(kind, ()))):
             return InputError(f"`{argument}`: {text}")

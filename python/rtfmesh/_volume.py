@@ -99,6 +99,8 @@ def volume_of(
             raise InputError(f"`{name}` is of type {type(value).__name__}; use True or False")
     if (iso is None) != bool(labels):
         raise InputError("give either `iso`, the value on the surface, or `labels=True`")
+    if labels and not grid.values.any():
+        raise InputError("`values` are all 0, which is outside; give at least one label above 0")
     if labels and inside is not None:
         raise InputError("`inside` works only with `iso`; remove it")
     if inside is not None and not isinstance(inside, str):

@@ -7,7 +7,8 @@ import inspect
 import operator
 import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeGuard, TypeVar
 
@@ -74,30 +75,20 @@ def count_word(n: Any) -> str:
     return word("n", n)
 
 
-# What other packages call an argument.
+# What other packages call an argument; of several that fit, the first one that a function has is meant.
+COUNTS = ("clusters", "n_clusters", "n_points", "n_vertices", "nclus", "num_points", "num_vertices")
+FACES = ("n_triangles", "num_faces", "num_triangles", "target_faces", "target_triangles")
 ELSEWHERE = {
-    "callback": "progress",
-    "clusters": "n",
-    "n_clusters": "n",
-    "n_triangles": "n_faces",
-    "n_points": "n",
-    "n_vertices": "n",
-    "nclus": "n",
-    "no_fit": "fit",
-    "num_points": "n",
-    "num_vertices": "n",
-    "number_of_vertices": "n",
-    "progress_bar": "progress",
-    "show_progress": "progress",
-    "target_count": "n",
-    "target_edge_length": "edge_length",
-    "target_reduction": "ratio",
-    "targetlen": "edge_length",
-    "verbose": "progress",
-    "vertices": "n",
+    "n": (*COUNTS, "number_of_vertices", "target_count", "target_vertices", "vertices"),
+    "n_faces": FACES,
+    "faces": FACES,
+    "edge_length": ("target_edge_length", "targetlen"),
+    "ratio": ("target_reduction",),
+    "fit": ("no_fit",),
+    "iso": ("isovalue", "level", "levels", "threshold"),
+    "progress": ("callback", "progress_bar", "show_progress", "verbose"),
+    "path": ("file", "filename", "out", "output"),
 }
-# What `words` has a message of its own for.
-TOLD = (*RESEARCH, "report")
 
 
 def near(name: str, known: Sequence[str], cutoff: float) -> str | None:
@@ -105,13 +96,44 @@ def near(name: str, known: Sequence[str], cutoff: float) -> str | None:
     return next(iter(difflib.get_close_matches(name, known, 1, cutoff)), None)
 
 
-def unknown_keyword(name: str, function: str, known: Iterable[str]) -> TypeError:
-    """The exception for an argument that there is not, with the one of `known` that may be meant."""
-    known = list(known)
-    meant = ELSEWHERE.get(name)
-    meant = meant if meant in known else near(name, known, 0.7)
-    hint = f"; did you mean '{meant}'?" if meant else ""
-    return TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
+@dataclass
+class Accepted:
+    """The arguments that a function takes."""
+
+    title: str
+    """The function's name."""
+    own: list[str]
+    """Those that it names itself."""
+    options: list[str]
+    """Those of `Options` that it takes besides."""
+    has_options: bool
+    """Whether there are any."""
+
+    @property
+    def known(self) -> list[str]:
+        """All of them."""
+        return [*self.own, *self.options]
+
+    def refusal(self, name: str, hint: str) -> TypeError:
+        """The exception for another one."""
+        return TypeError(f"{self.title}() got an unexpected keyword argument '{name}'{hint}")
+
+
+def unknown_keyword(name: str, value: Any, function: Accepted) -> TypeError | InputError:
+    """The exception for an argument that a function lacks, with the one that may be meant."""
+    known = function.known
+    if function.has_options and not near(name, function.own, 0.8):
+        if name == "report":
+            text = "result.report always has the report; distances=True adds distances to it"
+            return InputError(f"`report` is not an argument: {text}")
+        if name in RESEARCH:
+            shown = "..." if short(value).startswith("of type") else short(value)
+            return function.refusal(name, f"; did you mean research={{'{name}': {shown}}}?")
+    meant = next((ours for ours, theirs in ELSEWHERE.items() if name in theirs and ours in known), None)
+    meant = meant or near(name, known, 0.7)
+    if meant is None and function.has_options and name in ELSEWHERE["path"]:
+        return function.refusal(name, "; rtfmesh.write writes a mesh to a file")
+    return function.refusal(name, f"; did you mean '{meant}'?" if meant else "")
 
 
 # What `help` says of each option.
@@ -119,6 +141,17 @@ TEXTS = {
     entry.partition(" :")[0]: entry
     for entry in re.split(r"\n(?=\S)", inspect.cleandoc(Options.__doc__ or "").partition("\n\n")[2])
 }
+
+
+def parameter(name: str, kind: Any) -> inspect.Parameter:
+    """How signatures show an option: flags are True or False; for others, None stands for the default."""
+    # The text of a type, as the annotations of other parameters are.
+    kind = getattr(kind, "__forward_arg__", kind)
+    default = name in NEGATED if kind == "bool" else None
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
+
+
+OPTIONS = [parameter(name, kind) for name, kind in Options.__annotations__.items()]
 # Where numpydoc has parameters that are rarely given.
 RETURNS = "\nReturns\n-------\n"
 OTHERS = "\nOther Parameters\n----------------\n"
@@ -140,28 +173,23 @@ def keywords_without(*refused: str) -> Callable[[Callable[P, R]], Callable[P, R]
         own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
         names = [one.name for one in own if one.name != "self"]
         has_options = len(own) < len(signature.parameters)
-        options = [
-            # The text of a type, as the annotations of other parameters are.
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation(kind))
-            for name, kind in Options.__annotations__.items()
-            if has_options and name not in (*names, *refused)
-        ]
-        known = [*names, *(option.name for option in options)]
-        allowed = {*known, *refused}
+        options = [one for one in OPTIONS if has_options and one.name not in (*names, *refused)]
         title = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
+        accepted = Accepted(title, names, [option.name for option in options], has_options)
+        allowed = {*accepted.known, *refused}
 
         @wraps(function)
         def checked(*args: P.args, **given: P.kwargs) -> R:
-            for name in given:
-                if name in allowed or (has_options and name in TOLD and not near(name, names, 0.8)):
-                    continue
-                raise unknown_keyword(name, title, known)
+            for name, value in given.items():
+                if name not in allowed:
+                    raise unknown_keyword(name, value, accepted)
             return function(*args, **given)
 
         checked.__signature__ = signature.replace(  # type: ignore[attr-defined]
             parameters=[*own, *options]
         )
-        checked.__doc__ = explained(function.__doc__, [option.name for option in options])
+        checked.__doc__ = explained(function.__doc__, accepted.options)
+        checked._options = accepted.options  # type: ignore[attr-defined]
         return checked
 
     return decorate
@@ -182,23 +210,21 @@ def keywords_of(function: Callable[..., Any], *bound: str) -> Callable[[Callable
         method.__signature__ = signature.replace(  # type: ignore[attr-defined]
             parameters=[*own, *theirs]
         )
+        method.__doc__ = explained(method.__doc__, getattr(function, "_options", []))
         return method
 
     return decorate
 
 
-def annotation(kind: Any) -> Any:
-    """A type as it was written, if it has not been looked up."""
-    return getattr(kind, "__forward_arg__", kind)
-
-
 def explained(text: str | None, options: list[str]) -> str | None:
-    """The documentation of a function with what its options do, if it has a section of its own on results."""
+    """The documentation of a function with what its options do, before its section on results if any."""
     entries = [TEXTS[name] for name in options if name in TEXTS]
     if text is None or not entries:
         return text
     before, returns, after = inspect.cleandoc(text).partition(RETURNS)
-    return f"{before}{OTHERS}{chr(10).join(entries)}\n{returns}{after}" if returns else text
+    end = f"\n{returns}{after}" if returns else ""
+    gap = "" if before.endswith("\n") else "\n"
+    return f"{before}{gap}{OTHERS}{chr(10).join(entries)}{end}"
 
 
 def count(n: Any) -> int:
@@ -224,18 +250,16 @@ def label_names(keep: Any) -> bool | list[str]:
     raise InputError(f"`keep_labels` is {short(keep)}; {text}")
 
 
-def expanded(options: Mapping[str, Any], function: str) -> Iterator[tuple[str, Any]]:
+def expanded(options: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     """The options with those in `research` beside the others.
 
-    Raises `TypeError` for one of those that is given by itself, `InputError` for what is none of them.
+    Raises `InputError` for others in `research`.
     """
     for name, value in options.items():
-        if name in RESEARCH:
-            shown = "..." if short(value).startswith("of type") else short(value)
-            meant = f"did you mean research={{'{name}': {shown}}}?"
-            raise TypeError(f"{function}() got an unexpected keyword argument '{name}'; {meant}")
-        if name != "research" or value is None:
+        if name != "research":
             yield name, value
+            continue
+        if value is None:
             continue
         if not isinstance(value, Mapping):
             raise InputError(f"`research` is {short(value)}; give a dict such as {{'preset': 'rtf'}}")
@@ -263,26 +287,18 @@ def check_needs(options: Mapping[str, Any]) -> None:
             raise InputError(f"`{name}` is {os.fspath(path)!r}: {text}")
 
 
-def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
-    """The command line for a number of vertices and options, which the function of this name was given.
+def words(n: Any, options: dict[str, Any]) -> list[str]:
+    """The command line for a number of vertices and options, whose names have been checked.
 
-    Raises `TypeError` for an option that there is not, `InputError` for a value of the wrong type; ranges are
-    the command line's business.
+    Raises `InputError` for a value of the wrong type; ranges are the command line's business.
     """
     found = [] if n is None else [f"--vertices={count_word(n)}"]
     known = flags()
     check_needs(options)
-    for name, value in expanded(options, function):
-        if name == "report":
-            text = "result.report always has the report; distances=True adds distances to it"
-            raise InputError(f"`report` is not an argument: {text}")
-        if name == "research":
-            continue
-        if name not in known:
-            raise unknown_keyword(name, function, ["n", "research", *known.keys() - set(RESEARCH)])
+    for name, value in expanded(options):
         if name == "keep_labels":
             value = bool(label_names(value))
-        if value is None:
+        if value is None and known[name]:
             continue
         theirs = next((theirs for theirs, ours in RENAMED.items() if ours == name), name)
         flag = f"--{theirs.replace('_', '-')}"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pyvista
@@ -141,9 +141,21 @@ def reconstruct(
     return surface_of(result, split_at_seams(result, False), points)
 
 
+class WithoutFaces:
+    """What is no surface yet: it lacks the methods of surfaces, and says which one makes a surface."""
+
+    _maker: ClassVar[str]
+
+    def __getattr__(self, name: str) -> Any:
+        hint = f"; call {self._maker} first, which makes a surface" if hasattr(Accessor, name) else ""
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
+
+
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.PointSet)
-class PointsAccessor:
+class PointsAccessor(WithoutFaces):
     """Makes surfaces of points, which stay as they are."""
+
+    _maker = "`.rtfmesh.reconstruct(n)`"
 
     def __init__(self, points: pyvista.PointSet) -> None:
         self._points = points
@@ -213,8 +225,10 @@ def further_values(image: pyvista.ImageData, taken: str) -> list[GridValues]:
 
 
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.ImageData)
-class ImageAccessor:
+class ImageAccessor(WithoutFaces):
     """Makes surfaces of values on a grid, which stays as it is."""
+
+    _maker = "`.rtfmesh.contour(n, iso=...)`"
 
     def __init__(self, image: pyvista.ImageData) -> None:
         self._image = image
@@ -342,5 +356,11 @@ class SurfaceAccessor(Accessor):
         return surface_in(source.combine() if isinstance(source, pyvista.MultiBlock) else source)
 
 
-for _kind in (pyvista.UnstructuredGrid, pyvista.StructuredGrid, pyvista.RectilinearGrid, pyvista.MultiBlock):
+for _kind in (
+    pyvista.UnstructuredGrid,
+    pyvista.StructuredGrid,
+    pyvista.ExplicitStructuredGrid,
+    pyvista.RectilinearGrid,
+    pyvista.MultiBlock,
+):
     pyvista.register_dataset_accessor("rtfmesh", _kind)(SurfaceAccessor)

@@ -264,6 +264,7 @@ def test_wrong_calls_are_told(keywords, says):
         ("fill_hole", "fill_holes"),
         ("devise", "device"),
         ("progress_bar", "progress"),
+        ("target_faces", "faces"),
     ],
 )
 def test_near_names_are_suggested(wrong, meant):
@@ -281,6 +282,18 @@ def test_the_signature_has_what_works():
     assert "\nwrap : float | str" in text and "\nkeep_uv : " not in text
     with pytest.raises(TypeError, match=r"'zzz'$"):
         asset.make("no such file.glb", zzz=1)
+    with pytest.raises(TypeError, match=r"^make\(\) .*'preset'; did you mean research=\{'preset': 'rtf'\}"):
+        asset.make("no such file.glb", preset="rtf")
+
+
+def test_meshes_that_cannot_be_are_named():
+    box = rtfmesh.sample("box")
+    with pytest.raises(rtfmesh.InputError, match=r"^`mesh` is of type ndarray, .*; give the name of a file,"):
+        asset.make(box.vertices)
+    with pytest.raises(rtfmesh.InputError, match=r"^`mesh\.vertices` has shape"):
+        asset.make((box.vertices[:, :2], box.faces))
+    with pytest.raises(rtfmesh.InputError, match=r"^`faces`|`faces` "):
+        asset.make(box, 10**12)
 
 
 def test_the_remeshing_is_done_as_asked():

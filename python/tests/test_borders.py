@@ -85,5 +85,7 @@ def test_labels_of_all_types_give_the_same_borders(torus, remesher, values):
     right = result.vertices[result.faces][expected.attributes.face["half"]]
     assert right[..., 0].min() > -0.1
     # Numbers with a fraction are no labels.
-    other = remesher.remesh(torus, 400, attributes={"face": {"half": HALF.astype(float)}}, keep_labels=True)
+    given = {"face": {"half": HALF.astype(float)}}
+    with pytest.warns(rtfmesh.MeshWarning, match="`keep_labels` has no effect: the input has no labels"):
+        other = remesher.remesh(torus, 400, attributes=given, keep_labels=True)
     assert np.array_equal(other.vertices, remesher.remesh(torus, 400).vertices)

@@ -129,5 +129,5 @@ def test_a_file_is_loaded_again_after_a_change(comfy, nodes):
 def test_without_comfyui_there_is_no_bar_and_errors_are_those_of_the_package(nodes):
     box = trimesh.creation.box()
     box.faces = box.faces[:0]
-    with pytest.raises(rtfmesh.InputError, match="no faces"):
+    with pytest.raises(rtfmesh.InputError, match="`faces` is empty"):
         call(nodes["RtfmeshRemesh"], mesh=box, vertices=300, quality="draft")

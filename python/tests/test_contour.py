@@ -150,7 +150,7 @@ def test_closed_ends_flat_at_the_border(remesher):
         (distances(), {"iso": 0, "origin": [0, 1]}, "`origin`"),
         (distances(), {"iso": 0, "origin": [0, 0, 1], "affine": np.eye(4)}, "remove `origin`"),
         (distances(), {"labels": True, "inside": "above"}, "only with `iso`"),
-        (distances(), {"labels": True}, "is not a valid label"),
+        (distances(), {"labels": True}, "which is not a label"),
         (np.full((3, 3, 3), (1 << 24) + 1), {"labels": True}, "16777215"),
         (distances(), {"iso": 0, "spacing": (1, 0, 1)}, "above 0"),
         (distances(), {"iso": 0, "affine": np.zeros((4, 4))}, "invertible"),

@@ -30,14 +30,14 @@ def test_a_mesh_is_measured_against_points(torus, tmp_path):
     rtfmesh.write(tmp_path / "torus.ply", torus.vertices, torus.faces)
     options = ("--against", tmp_path / "points.xyz", "--json")
     assert json.loads(program("measure", tmp_path / "torus.ply", *options).stdout) == found
-    with pytest.raises(rtfmesh.InputError, match="`energy` needs a mesh as reference"):
+    with pytest.raises(rtfmesh.InputError, match="`energy` needs a mesh as `against`"):
         rtfmesh.measure(torus.vertices, torus.faces, against=points, energy=True)
     with pytest.raises(rtfmesh.InputError, match="shape"):
         rtfmesh.measure(torus.vertices, torus.faces, against=points[:, :2])
 
 
 def test_measuring_needs_something_to_measure(torus):
-    with pytest.raises(rtfmesh.InputError, match="no faces"):
+    with pytest.raises(rtfmesh.InputError, match="`faces` is empty"):
         rtfmesh.measure(np.zeros((3, 3)), np.zeros((0, 3), int))
     with pytest.raises(rtfmesh.InputError, match="`energy` needs `against`"):
         rtfmesh.measure(torus.vertices, torus.faces, energy=True)

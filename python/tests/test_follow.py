@@ -23,6 +23,18 @@ def test_poses_are_those_of_the_program(folder, torus, remesher, tmp_path):
     assert np.abs(written.vertices - found[1]).max() < 1e-6
 
 
+def test_meshes_that_are_no_results_are_told(sphere, remesher):
+    other = remesher.remesh(rtfmesh.sample("sphere"), 1000)
+    with pytest.warns(
+        rtfmesh.MeshWarning, match=r"^`result` is up to 1\.\d+ edge lengths .* `mesh`; give"
+    ) as told:
+        rtfmesh.follow(sphere, other, [sphere.vertices])
+    assert told[0].filename == __file__
+    rtfmesh.follow(sphere, remesher.remesh(sphere, 200), [sphere.vertices])
+    with pytest.raises(rtfmesh.InputError, match=r"^`result` is up to .* away from `mesh`, more than"):
+        rtfmesh.follow(sphere, remesher.remesh(rtfmesh.sample("torus"), 1000), [sphere.vertices])
+
+
 @pytest.mark.parametrize("poses", [np.zeros((2, 5, 3)), np.zeros((5, 3)), "walk", [[[np.nan] * 3] * 4]])
 def test_poses_that_do_not_fit_are_errors(tetrahedron, poses):
     with pytest.raises(rtfmesh.InputError, match="poses"):

@@ -71,9 +71,31 @@ def test_functions_explain_their_options():
         assert sections == ["Parameters", "Other Parameters", "Returns", "Raises", "Warns"]
         # What the function says itself is as it was.
         assert "    As in `Remesher`. The device" in text or "\nprogress, device, device_memory\n" in text
-    # These refer to the functions.
-    assert inspect.getdoc(rtfmesh.Remesher.remesh) == "As `rtfmesh.remesh`, on this device."
     assert inspect.signature(rtfmesh.remesh).parameters["seed"].annotation == "int | None"
+
+
+def test_methods_and_other_modules_explain_their_options():
+    pyvista = pytest.importorskip("pyvista")
+    expected = entries(inspect.getdoc(rtfmesh.Options))
+    surface, image = pyvista.Cube().rtfmesh, pyvista.ImageData(dimensions=(3, 3, 3)).rtfmesh
+    points = pyvista.PointSet([[0.0, 0, 0]]).rtfmesh
+    remesher = rtfmesh.Remesher
+    for function in (
+        *(remesher.remesh, remesher.reconstruct, remesher.contour),
+        *(surface.remesh, surface.reconstruct, points.reconstruct, image.contour),
+        *(rtfmesh.trimesh.remesh, rtfmesh.meshio.remesh),
+    ):
+        text = inspect.getdoc(function)
+        assert entries(text) == expected, function
+        assert text.count("\n\nOther Parameters\n----------------\n") == 1
+    assert inspect.getdoc(remesher.remesh).startswith("As `rtfmesh.remesh`, on this device.\n\nOther")
+    assert "Other Parameters" not in inspect.getdoc(surface.measure)
+
+
+def test_signatures_show_what_is_left_out():
+    parameters = inspect.signature(rtfmesh.remesh).parameters
+    assert parameters["strict"].default is False and parameters["fit"].default is True
+    assert parameters["strict"].annotation == "bool" and parameters["seed"].default is None
 
 
 def given(name, value):

@@ -1,5 +1,6 @@
 """Wrong calls of all functions: an `InputError` that names the argument and says what to do."""
 
+import io
 import pathlib
 import re
 
@@ -12,6 +13,14 @@ V = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 F = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 PLACES = rtfmesh.Correspondence(np.zeros(2, np.uint32), np.full((2, 3), 1 / 3))
 GRID = np.zeros((4, 4, 4))
+RTF = {"preset": "rtf"}
+LABELS, SPECK = np.zeros((2, 9, 9, 9))
+LABELS[4:], SPECK[4, 4, 4] = 1, 1
+RAGGED = [[0, 1, 2], [0, 1], [0, 2, 1]]
+CLOUD = np.random.default_rng(1).random((3000, 3))
+POINTS = rtfmesh.Mesh(V, F[:0], rtfmesh.Attributes())
+BALL = rtfmesh.sample("sphere")
+EDGE = BALL.faces[0, :2]
 
 
 class Thing:
@@ -38,7 +47,7 @@ UNORDERED = {
         (lambda: rtfmesh.remesh(pathlib.Path("a.ply"), F), "`vertices` is of type PosixPath; read the file"),
         (lambda: rtfmesh.remesh(Thing(), F, 50), "`vertices` has values of type object: it is of type Thing"),
         (lambda: rtfmesh.remesh(V, "faces", 50), "`faces` is 'faces'; give an array"),
-        (lambda: rtfmesh.remesh(V, np.zeros((0, 3), int), 50), "`faces` has no faces; rtfmesh.reconstruct"),
+        (lambda: rtfmesh.remesh(V, np.zeros((0, 3), int), 50), "`faces` is empty; rtfmesh.reconstruct"),
         (lambda: rtfmesh.remesh(V, F, 50, correspondence="yes"), "`correspondence` is 'yes'; use True or"),
         (lambda: rtfmesh.remesh(V, F, 50, distances="yes"), "`distances` is 'yes'; use True or"),
         (lambda: rtfmesh.remesh(V, F, 50, keep_uv="yes"), "`keep_uv` is 'yes'; use True or False"),
@@ -158,6 +167,88 @@ UNORDERED = {
         ),
         (lambda: rtfmesh.measure(V, F, against=V * np.nan), "`against` has a value in row 0 that is not"),
         (lambda: rtfmesh.remesh(V, F, 50, **UNORDERED), "`attributes.face['l']` has values without an order"),
+        (
+            lambda: rtfmesh.remesh(BALL, 300, features=[EDGE, [0, 1000]]),
+            "`features` has [0, 1000] in row 1, which is no edge; give both ends of an edge in each row",
+        ),
+        (lambda: rtfmesh.inspect(BALL, features=[[0, 1000]]), "`features` has [0, 1000] in row 0, which is"),
+        (lambda: rtfmesh.remesh(V, F, 50, only="selection:none"), "'none'; add one to the mesh's attributes"),
+        (
+            lambda: rtfmesh.remesh(V, F, 50, keep="label:none"),
+            "`keep`: no triangle has the label 'none'; use",
+        ),
+        (lambda: rtfmesh.remesh(V, F, 50, refine="label:none=1"), "`refine`: no triangle has the label"),
+        (lambda: rtfmesh.read(__file__), "unknown file type '.py'; use a format for meshes (.obj,"),
+        (lambda: rtfmesh.read(__file__), "or name the format with `format`"),
+        (lambda: rtfmesh.read(io.BytesIO(b"")), "`path` has nothing left to read; rewind it with seek(0)"),
+        (lambda: rtfmesh.read(io.BytesIO(b"a mesh")), "`path`: the content is of no known format; use a"),
+        (lambda: rtfmesh.read(io.BytesIO(b"v 0 0 0"), format="obj"), "`path`: the file has no faces"),
+        (lambda: rtfmesh.contour(GRID, 50, labels=True), "`values` are all 0, which is outside; give at"),
+        (lambda: rtfmesh.contour(GRID, 50, labels=True, closed=True), "`values` are all 0, which is outside"),
+        (lambda: rtfmesh.contour(GRID + 3, 50, labels=True), "`values` are all 3 apart from specks; give"),
+        (
+            lambda: rtfmesh.contour(GRID - 1, 50, labels=True),
+            "`values` has -1, which is not a label; use whole",
+        ),
+        (lambda: rtfmesh.contour(LABELS - 1, 50, labels=True), "`values` has -1, which is not a label; use"),
+        (lambda: rtfmesh.contour(LABELS * 0.5, 50, labels=True), "or give `iso` for a surface at a value"),
+        (lambda: rtfmesh.contour(SPECK, 50, labels=True), "`values`: the surface has no area; give larger"),
+        (lambda: rtfmesh.contour(GRID * np.nan, 50, iso=0), "`values`: no value is finite; give numbers"),
+        (
+            lambda: rtfmesh.contour(LABELS, 50, labels=True, keep_labels="a"),
+            "`keep_labels` is 'a', and a vol",
+        ),
+        (lambda: rtfmesh.measure(V, features=True), "`faces` is missing; give"),
+        (lambda: rtfmesh.measure(POINTS, features=True), "`faces` is empty; rtfmesh.reconstruct makes a"),
+        (
+            lambda: rtfmesh.measure(V, F, against=V, features=True),
+            "`features` needs a mesh as `against`, and that has only points; remove `features`, or make a",
+        ),
+        (lambda: rtfmesh.measure(V, F, against=POINTS, energy=True), "`energy` needs a mesh as `against`"),
+        (lambda: rtfmesh.inspect(POINTS), "`faces` is empty; rtfmesh.reconstruct makes a surface of points"),
+        (lambda: rtfmesh.render(POINTS), "`meshes[0].faces` is empty; rtfmesh.reconstruct makes a surface"),
+        (lambda: rtfmesh.locate(POINTS, V), "`mesh.faces` is empty; rtfmesh.reconstruct makes a surface"),
+        (
+            lambda: rtfmesh.remesh(V[:0], F[:0], 50),
+            "`vertices` is empty; give a mesh with vertices and faces",
+        ),
+        (lambda: rtfmesh.remesh(V, [[0, 1, 1]], 50), "`faces`: no face has an area; give a surface"),
+        (lambda: rtfmesh.reconstruct(V[:0], 50), "`points` has 0 different points, too few for a surface;"),
+        (lambda: rtfmesh.reconstruct(V, 50), "`points` has 4 different points, too few for a surface; give"),
+        (lambda: rtfmesh.reconstruct(V[[0] * 99], 50), "`points`: all are at one place; give points of"),
+        (lambda: rtfmesh.render((V * 0, F)), "`meshes[0].vertices` has the same point in all rows; give"),
+        (lambda: rtfmesh.measure(V, F, against=V * 0), "`against` has the same point in all rows; give"),
+        (lambda: rtfmesh.measure(V, F, against=V[:0]), "`against` is empty; give a row for each point"),
+        (lambda: rtfmesh.reconstruct(np.outer(range(99), V[1]), 50), "`points` lie on lines and not on a"),
+        (lambda: rtfmesh.reconstruct(CLOUD, 50), "`points` fill a volume and lie on no surface; give"),
+        (lambda: rtfmesh.remesh(RAGGED, F, 50), "`vertices` has rows of different lengths; give rows of"),
+        (lambda: rtfmesh.remesh(V, RAGGED, 50), "`faces` has rows of different lengths; give rows of equal"),
+        (lambda: rtfmesh.remesh((RAGGED, F), 50), "`vertices` has rows of different lengths; give rows of"),
+        (lambda: rtfmesh.remesh((V, F), RAGGED), "`faces` is given with a whole mesh; remove it"),
+        (lambda: rtfmesh.measure(V, F, against=RAGGED), "`against` has rows of different lengths; give rows"),
+        (lambda: rtfmesh.render((V, F), size=RAGGED), "`size` is [[0, 1, 2], [0, 1], [0, 2, 1]]; give 2"),
+        (lambda: rtfmesh.remesh(V, F, 50, features=RAGGED), "`features` has rows of different lengths; give"),
+        (lambda: rtfmesh.remesh(V, F, 50, features=__file__), "`features`: "),
+        (lambda: rtfmesh.remesh(V, F, 50, fixed_points=__file__), "`fixed_points`: "),
+        (lambda: rtfmesh.remesh(V, F, 50, research=RTF, keep_uv=True), "remove it, or leave out `research`"),
+        (lambda: rtfmesh.remesh(V, F, 50, strict=None), "`strict` is None; use True or False"),
+        (lambda: rtfmesh.remesh(V, F, 50, fit=None), "`fit` is None; use True or False"),
+        (lambda: rtfmesh.remesh(V, F, 50, keep_uv=None), "`keep_uv` is None; use True or False"),
+        (
+            lambda: rtfmesh.write("x.abc", V, F),
+            "`path` x.abc: unknown file type '.abc'; name the result .obj",
+        ),
+        (lambda: rtfmesh.write("x", V, F), "`path` x: the file name has no extension; name the result .obj"),
+        (
+            lambda: rtfmesh.write("x.xyz", V, F),
+            "`path` x.xyz: this format has no faces; name the result .obj",
+        ),
+        (lambda: rtfmesh.write((V, F), "x.ply"), "`path` is of type tuple; give the name of a file first,"),
+        (
+            lambda: rtfmesh.follow((V, F), (V + 99, F), [V]),
+            "`result` is up to 171.4730 away from `mesh`, mor",
+        ),
+        (lambda: rtfmesh.follow((V, F), (V, F), [V * 1e308]), "`poses`"),
     ],
 )
 def test_wrong_calls_name_the_argument(call, says):
@@ -181,6 +272,8 @@ def test_wrong_calls_name_the_argument(call, says):
         ("devise", "device"),
         ("keep_label", "keep_labels"),
         ("max_deviaton", "max_deviation"),
+        ("target_faces", "n_faces"),
+        ("target_vertices", "n"),
     ],
 )
 def test_names_that_are_near_are_suggested(wrong, meant):
@@ -203,11 +296,28 @@ def test_names_that_are_near_are_suggested(wrong, meant):
         (lambda: rtfmesh.write("x.ply", V, F, attribute=1), "'attributes'"),
         (lambda: rtfmesh.locate((V, F), V, normal=V), "'normals'"),
         (lambda: rtfmesh.Remesher(devise=1), "'device'"),
+        (lambda: rtfmesh.contour(GRID, 50, level=0), "'iso'"),
+        (lambda: rtfmesh.render((V, F), out="a.png"), "'path'"),
+        (lambda: rtfmesh.write(filename="a.ply", vertices=(V, F)), "'path'"),
     ],
 )
 def test_near_names_are_suggested_by_all_functions(call, meant):
     with pytest.raises(TypeError, match=rf"; did you mean {meant}\?$"):
         call()
+
+
+def test_who_wants_a_file_is_told_of_write(remesher):
+    for call in (rtfmesh.remesh, remesher.remesh):
+        with pytest.raises(TypeError, match=r"'out'; rtfmesh\.write writes a mesh to a file$"):
+            call(V, F, 50, out="a.ply")
+
+
+def test_devices_that_there_are_not_are_named(monkeypatch):
+    with pytest.raises(rtfmesh.DeviceError, match=r"^`device` is 'quantum': .*; use one of these: 0 "):
+        rtfmesh.remesh(V, F, 50, device="quantum")
+    monkeypatch.setenv("RTFMESH_DEVICE", "quantum")
+    with pytest.raises(rtfmesh.DeviceError, match=r"^RTFMESH_DEVICE is 'quantum': no device matches"):
+        rtfmesh.remesh(V, F, 50)
 
 
 def test_arguments_are_suggested_before_settings_for_research():

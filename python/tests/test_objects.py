@@ -107,7 +107,7 @@ def test_points_come_with_their_normals(sphere, tmp_path, remesher):
     assert rtfmesh.measure(expected, against=like_open3d)["points"]
     with pytest.raises(rtfmesh.InputError, match="`points` has faces"):
         rtfmesh.reconstruct(sphere, 300)
-    with pytest.raises(rtfmesh.InputError, match="`faces` has no faces"):
+    with pytest.raises(rtfmesh.InputError, match="`faces` is empty"):
         rtfmesh.remesh(cloud, 300)
     with pytest.raises(rtfmesh.InputError, match=r"`faces` is missing; .* rtfmesh\.reconstruct"):
         rtfmesh.remesh(points, 300)
@@ -193,6 +193,7 @@ def test_any_data_set_of_pyvista_has_the_accessor(remesher):
         image.cast_to_unstructured_grid(),
         image.cast_to_structured_grid(),
         image.cast_to_rectilinear_grid(),
+        image.cast_to_structured_grid().cast_to_explicit_structured_grid(),
         pyvista.MultiBlock([pyvista.Cube(), pyvista.Cube(center=(3, 0, 0))]),
     ):
         even = mesh.rtfmesh.remesh(400, remesher=remesher)

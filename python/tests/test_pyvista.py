@@ -170,6 +170,19 @@ def test_surfaces_are_no_points(ball):
         ball.rtfmesh.reconstruct(100)
 
 
+def test_what_is_no_surface_yet_says_how_to_make_one():
+    image = pv.ImageData(dimensions=(3, 3, 3)).rtfmesh
+    points = pv.PointSet(np.zeros((4, 3))).rtfmesh
+    for method in ("remesh", "measure", "inspect"):
+        with pytest.raises(AttributeError, match=rf"'{method}'; call `\.rtfmesh\.contour\(n, iso=\.\.\.\)` "):
+            getattr(image, method)
+        with pytest.raises(AttributeError, match=rf"'{method}'; call `\.rtfmesh\.reconstruct\(n\)` first"):
+            getattr(points, method)
+        assert not hasattr(image, method)
+    with pytest.raises(AttributeError, match=r"no attribute 'nothing'$"):
+        image.nothing  # noqa: B018
+
+
 def test_accessors_show_the_keywords_that_they_pass_on():
     surface, points = pv.Sphere().rtfmesh, pv.PointSet(np.zeros((4, 3))).rtfmesh
     for method, own, others in (

@@ -154,7 +154,7 @@ def test_lists_that_cannot_be_used_are_errors(text, says, tmp_path):
         ({"gpus_per_worker": 2}, rtfmesh.InputError, "`gpus_per_worker`"),
         ({"cpus_per_worker": 0}, rtfmesh.InputError, "`cpus_per_worker`"),
         ({"batch_size": 0}, rtfmesh.InputError, "`batch_size`"),
-        ({"suffix": ".xyz"}, rtfmesh.OutputError, "xyz"),
+        ({"suffix": ".xyz"}, rtfmesh.InputError, "xyz"),
         ({"qualty": "best"}, TypeError, "did you mean 'quality'"),
         ({"fit": 3}, rtfmesh.InputError, "`fit`"),
         ({"sizing": [1.0, 2.0]}, rtfmesh.InputError, "`sizing`"),

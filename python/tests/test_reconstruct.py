@@ -81,7 +81,7 @@ def test_the_program_makes_the_same_of_a_file(points, tmp_path):
     assert np.array_equal(made.vertices, result.vertices) and np.array_equal(made.faces, result.faces)
     # Normals that point inward turn the surface inside out.
     assert volume(result) < -4
-    with pytest.raises(rtfmesh.InputError, match=r"with `points` and call rtfmesh\.reconstruct"):
+    with pytest.raises(rtfmesh.InputError, match=r"with `points=True` and call rtfmesh\.reconstruct"):
         rtfmesh.read(tmp_path / "in.xyz")
 
 

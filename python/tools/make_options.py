@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 '''
 # The classes with what their documentation begins with.
 RESEARCH_HEAD = "Settings of methods that are there for comparison, and of the paper's."
-OPTIONS_HEAD = "All options of `remesh`. Each may be left out; None stands for its default."
+OPTIONS_HEAD = "All options of `remesh`. None stands for the default, except for flags: True or False."
 RESEARCH_TEXT = 'Settings of other methods, such as {"preset": "rtf"}: those of `Research`.'
 
 # What the values of options are, by the word that stands for them in help.
@@ -128,7 +128,8 @@ class Option(NamedTuple):
 
     def field(self):
         """The lines of a field with its whole text."""
-        line = f"    {self.name}: {self.kind} | None"
+        # Flags are True or False.
+        line = f"    {self.name}: {self.kind}{'' if self.kind == 'bool' else ' | None'}"
         if len(line) > COLUMNS:
             inner = self.kind.removeprefix("Literal[").removesuffix("]")
             line = f"    {self.name}: Literal[\n        {inner}\n    ] | None"

@@ -25,7 +25,7 @@ from .._attributes import Attributes, rows
 from .._attributes import texture as uv_array
 from .._errors import InputError
 from .._files import Mesh, path_of, read, write
-from .._objects import MeshLike, given_mesh
+from .._objects import MeshLike, mesh_of, with_attributes
 from .._progress import Callback
 from .._remesh import remesh
 from .._words import count, keywords_without
@@ -171,17 +171,22 @@ def make(
     source = Source.of(in_units(input.vertices), input.faces, input.attributes, input.is_linear)
     tell("remeshing")
     given: dict[str, Any] = {**options, "n_faces": wanted}
-    result = remesh(
-        input.vertices,
-        input.faces,
-        attributes=False,
-        correspondence=False,
-        distances=distances,
-        progress=progress,
-        device=device,
-        device_memory=device_memory,
-        **given,
-    )
+    try:
+        result = remesh(
+            input.vertices,
+            input.faces,
+            attributes=False,
+            correspondence=False,
+            distances=distances,
+            progress=progress,
+            device=device,
+            device_memory=device_memory,
+            **given,
+        )
+    except InputError as error:
+        if "`n_faces`" not in str(error):
+            raise
+        raise InputError(str(error).replace("`n_faces`", "`faces`")) from None
     at = in_units(result.vertices)
     tell("cutting into charts")
     atlas = unwrap(at, result.faces, side)
@@ -256,8 +261,8 @@ class _Input:
             notes = list(mesh.notes)
         if getattr(getattr(mesh, "visual", None), "kind", None) == "texture":
             notes.append("the texture of a trimesh mesh is left out; give the name of its file")
-        shape = given_mesh(mesh, None, attributes)
-        vertices, faces = mesh_arrays(shape.vertices, shape.faces)
+        shape = with_attributes(mesh_of(mesh, "mesh", "the name of a file, "), attributes)
+        vertices, faces = mesh_arrays(shape.vertices, shape.faces, ("mesh.vertices", "mesh.faces"))
         if len(faces) == 0 or not np.isfinite(vertices).all():
             raise SourceError("the mesh has no faces, or coordinates that are not finite; give a surface")
         if linear_colours is not None:

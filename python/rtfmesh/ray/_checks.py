@@ -13,7 +13,7 @@ import ray
 
 from .. import _native
 from .._arrays import real_number, short
-from .._errors import DeviceError, InputError, OutputError
+from .._errors import InputError, OutputError
 from .._files import read, write
 from .._remesher import Remesher, wanted_device
 from .._words import is_word, word, words
@@ -30,7 +30,7 @@ def check_options(n: Any, options: Mapping[str, Any]) -> None:
     The native module checks most of them without a mesh. It would refuse the others for each mesh, in the
     same words.
     """
-    _native.check(words(n, dict(options), "remesh_manifest"))
+    _native.check(words(n, dict(options)))
     # None and False are as if the option were not given.
     given = {name: value for name, value in options.items() if value is not None and value is not False}
     for name in ("features", "fixed_points"):
@@ -103,11 +103,11 @@ def check_output(folder: Path, suffix: str) -> None:
     trial = folder / f".rtfmesh-{uuid.uuid4().hex}{suffix}"
     try:
         write(trial, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    except OutputError as error:
+    except (InputError, OutputError) as error:
         # Nobody knows the file of the trial.
-        text = str(error).removeprefix(f"{trial}: ")
-        place = f"`suffix` is {suffix!r}" if "name the result" in text else folder
-        raise OutputError(f"{place}: {text}") from None
+        text = str(error).removeprefix("`path` ").removeprefix(f"{trial}: ")
+        place = f"`suffix` is {suffix!r}" if isinstance(error, InputError) else folder
+        raise type(error)(f"{place}: {text}") from None
     trial.unlink()
 
 
@@ -116,7 +116,4 @@ def check_device(device: str | int | None) -> None:
     wanted_device(device, None)
     if device is None or ray.is_initialized() or os.environ.get("RAY_ADDRESS"):
         return
-    try:
-        Remesher(device)
-    except DeviceError as error:
-        raise type(error)(f"`device` is {device!r}: {error}") from None
+    Remesher(device)

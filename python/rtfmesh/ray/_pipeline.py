@@ -221,7 +221,7 @@ def remesh_manifest(
     DeviceError
         A worker finds no device.
     OutputError
-        Nothing can be written to `out`, or not in this format.
+        Nothing can be written to `out`.
     """
     given = dict(options) if n is None else {"n": n, **options}
     # What is wrong for all meshes is said before any work.
