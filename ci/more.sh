@@ -15,12 +15,13 @@ run_examples() {
 }
 
 step "setup" ./ci/setup.sh --tests
-step "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
+beside "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
+beside "workflows, forms and metadata" ./ci/workflows.sh
 step "compilers of other GPUs, other subgroups, garbage in fresh memory" ./ci/compilers.sh
 step "examples" run_examples
-step "workflows, forms and metadata" ./ci/workflows.sh
+beside "the package for crates.io" ./ci/package.sh
 step "the page in a browser" ./ci/page.sh
 step "the Python package" ./ci/python.sh
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the driver for the CPU as a wheel" ./ci/cpu_wheel.sh
-step "the package for crates.io" ./ci/package.sh
+wait_for_all

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Makes the package for crates.io, target/package/rtfmesh-VERSION.crate, and tries it as its users have it: a
-# new crate depends on it and remeshes a model, without shaderc, cmake or a C++ compiler; docs.rs's features
-# are documented. With --install, also what `cargo install` gives, which takes a release build.
+# new crate depends on it, without any feature, shaderc, cmake or a C++ compiler, and remeshes a model;
+# docs.rs's features are documented. With --install, also what `cargo install` gives, which takes a release
+# build.
 # To publish, then: cargo publish --no-verify --manifest-path target/package/source/Cargo.toml
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -74,7 +75,7 @@ EOF
 try_package() {
   local found
   cd "$work/user"
-  bare cargo add --quiet --offline --path "../$name"
+  bare cargo add --quiet --offline --no-default-features --path "../$name"
   found=$(cargo tree --offline --edges normal,build --prefix none |
     grep -E '^(shaderc|shaderc-sys|spirq|cmake|cc|cxx|bindgen|pkg-config) ' || true)
   [ -z "$found" ] || fail "the package depends on ${found//$'\n'/, }"
