@@ -67,7 +67,7 @@ pub fn preview(p: &Preview) -> String {
         rows.push(("level", if p.curves > 0 { format!("{text}, {on}") } else { text }));
     }
     if p.collapses {
-        rows.push(("method", "simplification: too few vertices between the features".to_owned()));
+        rows.push(("method", "local operations: too few vertices between the features".to_owned()));
     }
     if !p.curve_vertices.is_empty() {
         let total: usize = p.curve_vertices.iter().sum();

@@ -69,6 +69,12 @@ impl Topology {
         handles >= MANY_HANDLES && vertices < CROWDED * handles
     }
 
+    /// Whether so many vertices are fewer than handles and loops need, or hardly more than thousands of
+    /// handles do.
+    pub(crate) fn is_much_for(&self, vertices: usize) -> bool {
+        vertices < self.vertices_needed() || self.is_crowded(vertices)
+    }
+
     /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect
     /// that this has not.
     pub(crate) fn matches(&self, other: &Self) -> bool {

@@ -14,7 +14,7 @@ use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
-use crate::mesh::topology::topology;
+use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
@@ -185,9 +185,9 @@ pub(super) fn single_sides(
 struct PreviewedSurface<'a> {
     /// The repaired input, in its units.
     input: &'a TriMesh,
-    /// The same in the unit-diagonal frame, with its Euler characteristic and area.
+    /// The same in the unit-diagonal frame, with its topology and area.
     unit: TriMesh,
-    euler: i64,
+    topology: Topology,
     area: f64,
     /// Of the input's bounding box.
     diagonal: f64,
@@ -212,8 +212,8 @@ impl<'a> PreviewedSurface<'a> {
             vertices: input.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
             triangles: input.triangles.clone(),
         };
-        let (euler, area) = (topology(&unit).euler, unit.area());
-        Ok(Self { input, euler, area, unit, diagonal: frame.scale, options, plan })
+        let (topology, area) = (topology(&unit), unit.area());
+        Ok(Self { input, topology, area, unit, diagonal: frame.scale, options, plan })
     }
 
     /// The number of vertices that was asked for, or a larger one as a run would take it.
@@ -233,7 +233,7 @@ impl<'a> PreviewedSurface<'a> {
                 return Ok(PreviewedCount { vertices, levels, features, curves, field });
             }
             let (features, curves, field) = self.features(vertices)?;
-            let extent = Extent { area: self.area, euler: self.euler, curves: curves.as_ref() };
+            let extent = Extent { area: self.area, euler: self.topology.euler, curves: curves.as_ref() };
             let levels = match (levels(&extent, vertices, self.plan.coarsest), &curves) {
                 (Err(Error::Usage { .. }), Some(curves))
                     if self.options.shortage == Shortage::AddVertices =>
@@ -242,8 +242,7 @@ impl<'a> PreviewedSurface<'a> {
                     continue;
                 }
                 (Err(Error::Usage { .. }), Some(curves))
-                    if self.plan.pinned.is_empty()
-                        && (self.plan.curves.is_empty() || curves.corners.len() <= vertices) =>
+                    if self.plan.pinned.is_empty() && self.may_be_made_locally(curves, vertices) =>
                 {
                     Vec::new()
                 }
@@ -251,6 +250,12 @@ impl<'a> PreviewedSurface<'a> {
             };
             return Ok(PreviewedCount { vertices, levels, features, curves, field });
         }
+    }
+
+    /// Whether local operations may keep these curves, or give them up.
+    fn may_be_made_locally(&self, curves: &SurfaceCurves, vertices: usize) -> bool {
+        let is_enough = curves.corners.len() <= vertices && !self.topology.is_much_for(vertices);
+        self.plan.curves.is_empty() || is_enough
     }
 
     /// The features, curves and sizes for a number of vertices.

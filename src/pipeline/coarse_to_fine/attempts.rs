@@ -20,6 +20,8 @@ use crate::{Error, Result};
 const OTHER_STARTS: u64 = 2;
 /// So many are, where edges are to stay whole: everything else would lose them.
 const STARTS_FOR_WHOLE: u64 = 4;
+/// Multiples of a number of vertices that are tried where it is too small for curves of the user.
+const MORE: [usize; 3] = [1, 2, 4];
 /// Each further attempt has this many times the vertices of the last.
 const GROWTH: f64 = 1.5;
 /// Attempts have at most this many times the given number of vertices, or [`FEW`] if that is more.
@@ -225,7 +227,11 @@ impl Attempts<'_> {
             return self.accepted(outcome);
         }
         if self.context.options.coarse_to_fine.local {
-            return whole(&mut runner).and_then(|whole| self.accepted(whole));
+            let made = match self.context.plan.curves.is_empty() {
+                true => None,
+                false => self.with_all_features(&mut runner, &fallback, (features, vertices), &MORE)?,
+            };
+            return made.map_or_else(|| whole(&mut runner), Ok).and_then(|made| self.accepted(made));
         }
         // For too few vertices.
         let with_local_operations = |runner: &mut Runner| {
@@ -246,8 +252,8 @@ impl Attempts<'_> {
             }
             Err(error @ Error::Usage { .. }) if self.context.plan.pinned.is_empty() => {
                 drop(model);
-                let outcome = self.with_all_features(&mut runner, &fallback, (features, vertices))?;
-                return self.accepted(outcome.ok_or(error)?);
+                let made = self.with_all_features(&mut runner, &fallback, (features, vertices), &[1])?;
+                return self.accepted(made.ok_or(error)?);
             }
             first => first?,
         };
@@ -264,56 +270,43 @@ impl Attempts<'_> {
         self.accepted(outcome)
     }
 
-    /// The surface with all its features by local operations instead of this outcome.
+    /// The surface with all its features by local operations; `None` if none of these multiples of the number
+    /// of vertices is enough.
     ///
     /// # Errors
-    /// [`Error::Usage`] if there are too few vertices for that, too, and a larger number is known to do.
-    fn by_local_operations(
-        &self,
-        first: Outcome,
-        runner: &mut Runner,
-        fallback: &Fallback,
-        (features, vertices): (FeatureSummary, usize),
-    ) -> Result<Outcome> {
-        for more in [vertices, 2 * vertices, 4 * vertices] {
-            match self.with_all_features(runner, fallback, (features, more))? {
-                Some(made) if more == vertices => return Ok(made),
-                Some(_) => {
-                    let problem = format!(
-                        "sharp edges and boundaries leave too few of {vertices} vertices for the rest"
-                    );
-                    let error = Error::usage(problem, more_vertices(more));
-                    return Err(self.context.plan.curves.name_borders(error));
-                }
-                None if runner.progress.leave_out() => break,
-                None => {}
-            }
-        }
-        Ok(first)
-    }
-
-    /// The surface with all its features by local operations; `None` if there are too few vertices for that,
-    /// too.
+    /// [`Error::Usage`] with a multiple that is enough, unless vertices may be added.
     fn with_all_features(
         &self,
         runner: &mut Runner,
         fallback: &Fallback,
         (features, vertices): (FeatureSummary, usize),
+        multiples: &[usize],
     ) -> Result<Option<Outcome>> {
-        let RunContext { surface, mesh, plan, .. } = self.context;
-        let request = ModelRequest { vertices, ..ModelRequest::of(plan) };
-        let options = feature_options(&self.context, &request, &surface_vertices(surface, mesh))?;
-        let made = |progress: &_| fallback.with_all_features((features, &options), vertices, progress);
-        let made = runner.progress.during(made)?;
-        Ok(made.map(|outcome| Outcome { attempts: runner.attempts, ..outcome }))
+        let RunContext { surface, mesh, plan, options, .. } = self.context;
+        for more in multiples.iter().map(|factor| factor * vertices) {
+            let request = ModelRequest { vertices: more, ..ModelRequest::of(plan) };
+            let found_by = feature_options(&self.context, &request, &surface_vertices(surface, mesh))?;
+            let made = |progress: &_| fallback.with_all_features((features, &found_by), more, progress);
+            match runner.progress.during(made)? {
+                Some(made) if more == vertices || options.shortage == Shortage::AddVertices => {
+                    return Ok(Some(Outcome { attempts: runner.attempts, ..made }));
+                }
+                Some(_) => {
+                    let problem = format!(
+                        "{vertices} vertices are too few for the surface with its sharp edges and boundaries"
+                    );
+                    return Err(plan.curves.name_borders(Error::usage(problem, more_vertices(more))));
+                }
+                None if runner.progress.leave_out() => break,
+                None => {}
+            }
+        }
+        Ok(None)
     }
 
-    /// Whether the vertices are fewer than handles and loops need, or hardly more than thousands of handles
-    /// do. Cells would fail; local operations say how many are needed.
+    /// Whether cells would fail; local operations say how many vertices are needed.
     fn is_little_for_topology(&self, vertices: usize) -> bool {
-        let input = self.context.input;
-        let is_little = vertices < input.vertices_needed() || input.is_crowded(vertices);
-        self.context.may_simplify() && is_little
+        self.context.may_simplify() && self.context.input.is_much_for(vertices)
     }
 
     /// The outcome, or one with a lesser fault from other starts, more vertices, or local operations.
@@ -357,7 +350,8 @@ impl Attempts<'_> {
         }
         let Plan { curves, pinned, .. } = self.context.plan;
         if first.is_refused() && !curves.is_empty() && pinned.is_empty() {
-            return self.by_local_operations(first, runner, fallback, (features, vertices));
+            let made = self.with_all_features(runner, fallback, (features, vertices), &MORE)?;
+            return Ok(made.unwrap_or(first));
         }
         let best = runner.with_local_operations(first, fallback, (features, vertices))?;
         if best.is_bad_all_over() { runner.with_other_starts(best, vertices, seed) } else { Ok(best) }

@@ -18,7 +18,7 @@ const FEW_SHORT: f64 = 0.01;
 const LONGER: f64 = 1.02;
 /// How many of them: up to twice the spacing.
 const LONGER_SPACINGS: i32 = 35;
-/// So often the place in such a step is halved where curves get fewer sites.
+/// Bisections that locate the spacing at which curves get fewer sites.
 const HALVINGS: u32 = 30;
 
 /// Sites of one level.
@@ -113,7 +113,7 @@ fn fitting(curves: &SurfaceCurves, area: f64, count: usize) -> Option<LevelPlan>
     }
     let longer = |k: i32| {
         let (shorter, spacing) = fewer_on_curves(curves, [k, k + 1].map(|k| plan.spacing * LONGER.powi(k)))?;
-        // The most sites with this spacing: with one more, it would be shorter, and more were on curves.
+        // The most sites with this spacing: one more would shorten it below the drop.
         let on = curves.count(shorter);
         let most = area / covered(shorter) + on.sites as f64 - 0.5 * on.sides as f64;
         let kept = curves.count(spacing).sites + plan.points;
@@ -123,16 +123,16 @@ fn fitting(curves: &SurfaceCurves, area: f64, count: usize) -> Option<LevelPlan>
     (0..LONGER_SPACINGS).find_map(longer)
 }
 
-/// The largest spacing in a range from which on fewer sites are on curves than just below it, which comes
-/// first; `None` if equally many are on them at both ends.
+/// The last spacing in a range at which the number of sites on curves drops: just below it, and at it; `None`
+/// if it is the same at both ends.
 fn fewer_on_curves(curves: &SurfaceCurves, [mut low, mut high]: [f64; 2]) -> Option<(f64, f64)> {
-    let least = curves.count(high);
-    if curves.count(low) == least {
+    let at_end = curves.count(high);
+    if curves.count(low) == at_end {
         return None;
     }
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        if curves.count(middle) == least {
+        if curves.count(middle) == at_end {
             high = middle;
         } else {
             low = middle;
@@ -141,7 +141,7 @@ fn fewer_on_curves(curves: &SurfaceCurves, [mut low, mut high]: [f64; 2]) -> Opt
     Some((low, high))
 }
 
-/// The area that is a site's, inside, at this spacing.
+/// The area of an interior site at this spacing.
 fn covered(spacing: f64) -> f64 {
     0.75_f64.sqrt() * spacing * spacing
 }

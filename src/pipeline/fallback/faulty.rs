@@ -42,7 +42,7 @@ impl Fallback<'_> {
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
-        // Local operations do not know the user's curves, and what they made has no sites.
+        // Components are remeshed without the user's curves, and what local operations made has no sites.
         let has_sites = faulty.sites.triangles.len() >= faulty.mesh.vertices.len();
         if self.context.plan.has_kept() || !has_sites {
             return Ok(None);
@@ -151,9 +151,9 @@ impl Fallback<'_> {
         let made = remesh_locally(&surface, &lengths, (options, &target), &progress.silent())?;
         let Some(mut mesh) = made else { return Ok(None) };
         face_as(&mut mesh, &surface);
-        let outcome = Outcome { features: Some(features), vertices, attempts: 1, ..Outcome::default() };
-        let outcome = self.checked(mesh, outcome, progress)?;
-        Ok((!outcome.is_refused()).then_some(outcome))
+        let outcome = self.of_local_operations(features, vertices);
+        let placed = self.checked_place(mesh, outcome, progress)?;
+        Ok((!placed.is_refused()).then(|| self.with_shape(placed)))
     }
 
     fn remeshed(
@@ -164,21 +164,28 @@ impl Fallback<'_> {
     ) -> Result<Outcome> {
         let vertices = target.vertices;
         let surface = self.context.surface.mesh();
-        let components = Components::new(&surface);
-        let mesh = components.remesh(&surface, target)?;
-        let outcome = Outcome {
-            simplified_components: components.count(),
+        let mesh = Components::new(&surface).remesh(&surface, target)?;
+        self.checked(mesh, self.of_local_operations(features, vertices), progress)
+    }
+
+    /// What is known of the whole surface made by local operations, without the mesh.
+    fn of_local_operations(&self, features: FeatureSummary, vertices: usize) -> Outcome {
+        Outcome {
+            simplified_components: self.components(),
             features: Some(features),
             vertices,
             attempts: 1,
             ..Outcome::default()
-        };
-        self.checked(mesh, outcome, progress)
+        }
     }
 
     /// The outcome with this mesh, and with a fault if its faces intersect more than those of the input.
     pub fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
-        let mut outcome = self.checked_place(mesh, outcome, progress)?;
+        Ok(self.with_shape(self.checked_place(mesh, outcome, progress)?))
+    }
+
+    /// The outcome with a fault if its triangles are bad.
+    fn with_shape(&self, mut outcome: Outcome) -> Outcome {
         if is_bad_all_over(&outcome.mesh) {
             outcome.fault = Some(Fault { kind: FaultKind::SliversAllOver, at: None });
         }
@@ -186,7 +193,7 @@ impl Fallback<'_> {
             let feature_angle = self.context.options.coarse_to_fine.feature_angle;
             outcome.fault = Fault::sliver(&outcome.mesh, &self.context.surface.mesh(), feature_angle);
         }
-        Ok(outcome)
+        outcome
     }
 
     /// Like [`Fallback::checked`], whatever the shape of the triangles.

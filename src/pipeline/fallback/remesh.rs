@@ -95,7 +95,7 @@ impl<'a> ComponentTarget<'a> {
         }
     }
 
-    /// What features of a component are found by.
+    /// Options that find the features of a component.
     fn features(&self) -> FeatureOptions {
         FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(self.spacing) }
     }
@@ -219,8 +219,7 @@ pub(super) fn remesh_locally(
 ) -> Result<Option<TriMesh>> {
     let before = topology(surface);
     // Only simplification comes near such a number, or takes no minutes.
-    let needed = before.vertices_needed();
-    if progress.leave_out() || target.vertices < needed || before.is_crowded(target.vertices) {
+    if progress.leave_out() || before.is_much_for(target.vertices) {
         return Ok(None);
     }
     let Ok(features) = find_features(surface, options) else { return Ok(None) };
