@@ -65,6 +65,9 @@ const FINE: [f64; 3] = [0.1, 0.2, 0.4];
 const MUCH_FINER: f64 = 1.5;
 /// Vertices that splits may reach, over the number asked for.
 const MOST_SPLIT: usize = 8;
+/// If the work is to finish early, a number of vertices that differs by less than this factor becomes the one
+/// wanted at once.
+const NEAR: usize = 2;
 
 /// Edge lengths of the finer meshes from which a mesh is made gradually, in spacings, one after the other.
 const GRADUAL: [f64; 4] = [0.25, 0.5, 0.7, 0.85];
@@ -195,8 +198,8 @@ impl<'a> LocalSurface<'a> {
     }
 
     /// Remeshed to exactly as many vertices as wanted; to more if the topology and the features need more, to
-    /// fewer if the surface has no area, and to any number if the work is to finish early. The result has
-    /// the topology of the surface.
+    /// fewer if the surface has no area, and to any number if the work is to finish early before the number
+    /// is near. The result has the topology of the surface.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -222,6 +225,10 @@ impl<'a> LocalSurface<'a> {
         let mut before = None;
         for _ in 0..ROUNDS {
             if progress.leave_out() {
+                let is_near = mesh.used() <= NEAR * count && count <= NEAR * mesh.used();
+                if is_near {
+                    break;
+                }
                 return Ok(mesh.into_constrained(polylines));
             }
             // Small parts soon have as many vertices as they keep.
