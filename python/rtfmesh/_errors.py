@@ -97,8 +97,12 @@ PATTERNS = [
         r"`values` has \1, which is not a label; \2, or give `iso` for a surface at a value",
     ),
     (
-        r"^all values of the volume are (\S+?)(?: but for .*)?;.*",
-        r"`values` are all \1 apart from specks; give another label, or use `closed` or `keep_specks`",
+        r"^all values of the volume are (\S+) (but for .*);.*",
+        r"`values` are all \1 \2; use `keep_specks`",
+    ),
+    (
+        r"^all values of the volume are (\S+);.*",
+        r"`values` are all \1; give another label, or use `closed`",
     ),
     (
         r"^there are no faces, and (\d+) different points are too few for a surface",
@@ -108,7 +112,7 @@ PATTERNS = [
     (r"^could not build a surface through the points", "`points`: could not build a surface through them"),
     (
         r"^no device matches ('.*'); there are: (.*)",
-        r"`device` is \1: no device matches \1; use one of these: \2",
+        r"`device` is \1, which matches no device; use one of these: \2",
     ),
     (
         r"^the result is up to (\S+) away from the input, (\S+) may be;.*",

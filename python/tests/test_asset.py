@@ -292,7 +292,7 @@ def test_meshes_that_cannot_be_are_named():
         asset.make(box.vertices)
     with pytest.raises(rtfmesh.InputError, match=r"^`mesh\.vertices` has shape"):
         asset.make((box.vertices[:, :2], box.faces))
-    with pytest.raises(rtfmesh.InputError, match=r"^`faces`|`faces` "):
+    with pytest.raises(rtfmesh.InputError, match=r"^`faces`"):
         asset.make(box, 10**12)
 
 

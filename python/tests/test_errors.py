@@ -86,7 +86,7 @@ def test_options_that_there_are_not_are_type_errors():
 
 
 def test_a_device_that_there_is_not_is_named(torus):
-    with pytest.raises(rtfmesh.DeviceError, match="no device matches 'no such'") as raised:
+    with pytest.raises(rtfmesh.DeviceError, match="`device` is 'no such', which matches no device") as raised:
         rtfmesh.remesh(torus.vertices, torus.faces, 100, device="no such")
     assert isinstance(raised.value, RuntimeError)
     with pytest.raises(rtfmesh.DeviceError):

@@ -215,5 +215,5 @@ def test_it_is_a_command(small, tmp_path, capsys):
 
 def test_a_device_that_there_is_not_is_named(tmp_path):
     manifest = listed(tmp_path / "meshes.csv", [{"id": "a", "path": "a.ply"}])
-    with pytest.raises(rtfmesh.DeviceError, match="a worker cannot start: `device` is 'no such': no device"):
+    with pytest.raises(rtfmesh.DeviceError, match="a worker cannot start: `device` is 'no such', which"):
         remesh_manifest(manifest, tmp_path / "out", device="no such", workers=1)

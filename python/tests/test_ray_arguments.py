@@ -38,7 +38,7 @@ def begin(folder, monkeypatch, arguments):
         ({"features": "no.obj"}, "`features` is 'no.obj': there is no such file"),
         ({"fixed_points": "no.xyz"}, "`fixed_points` is 'no.xyz': there is no such file"),
         ({"device": 1.5}, "`device` is 1.5; give"),
-        ({"device": "no such"}, "`device` is 'no such': no device matches"),
+        ({"device": "no such"}, "`device` is 'no such', which matches no device"),
         ({"min_edge": 2, "max_edge": 1, "sizing": "curvature"}, "`min_edge` 2 is more than `max_edge` 1"),
         ({"min_edge": "2%", "max_edge": "1%", "sizing": "curvature"}, "`min_edge` 2% is more than"),
         ({"wrap": "-1%"}, "`wrap` -1% is out of range; give a length above 0"),
