@@ -6,9 +6,8 @@ folder=$(realpath -m "$1")
 cd "$(dirname "$0")/.."
 
 id=$(cargo pkgid)
-# As ci/test.sh builds it, so that nothing is compiled again; kernels depend on no feature or profile.
-out=$(cargo check --quiet --lib --no-default-features --features html \
-  --message-format json-render-diagnostics |
+# As ci/test.sh lints it, so that nothing is compiled again; kernels depend on no feature or profile.
+out=$(cargo clippy --quiet --workspace --all-targets --message-format json-render-diagnostics |
   grep -F "\"reason\":\"build-script-executed\",\"package_id\":\"$id\"" |
   sed 's/.*"out_dir":"\([^"]*\)".*/\1/')
 mkdir -p "$folder"

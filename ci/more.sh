@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # What must hold beyond ./ci/test.sh before a change is taken: a second driver, examples, pages, GLB files,
-# the Python package, wheels, the package for crates.io, workflows. Stops at the first failure.
+# the Python package, wheels, the package for crates.io, workflows. Stops at a failure, but for steps that
+# others do not wait for: theirs show in the end.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"

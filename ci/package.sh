@@ -82,6 +82,8 @@ try_package() {
   found=$(bare cargo run --quiet --offline)
   [ "$found" = "2000 vertices" ] || fail "the program printed '$found'"
   # As [package.metadata.docs.rs] has it.
+  bare cargo add --quiet --offline --no-default-features --features html --path "../$name"
+  bare cargo check --quiet --offline
   RUSTDOCFLAGS="-D warnings" bare cargo doc --quiet --offline --no-deps -p rtfmesh
   cd "$root"
 }

@@ -1,7 +1,7 @@
 # Sourced by the checks: `step NAME COMMAND...` runs a command under a heading, tells how long it took, and
 # ends the script if it fails. `beside NAME COMMAND...` begins one that the following steps do not wait for,
-# since hardly any keeps all processors busy; `wait_for_all` shows what they printed, and ends the script if
-# one of them failed.
+# since hardly any keeps all processors busy; `wait_for_all` shows what they printed, and fails if one of them
+# did.
 step() {
   local name=$1 start=$SECONDS
   shift
@@ -10,24 +10,36 @@ step() {
   printf '    %d s: %s\n' $((SECONDS - start)) "$name"
 }
 
-# Process and output of each step that runs beside others.
-declare -A outputs=()
-trap 'kill "${!outputs[@]}" 2>/dev/null || true; rm -f "${outputs[@]}"' EXIT
+# The process group of each step that runs beside others, and the file with its output.
+groups=() outputs=()
 
 beside() {
   local output
   output=$(mktemp)
+  set -m
   (trap - EXIT; step "$@") >"$output" 2>&1 &
-  outputs[$!]=$output
+  set +m
+  groups+=($!) outputs+=("$output")
 }
 
 wait_for_all() {
-  local process failed=0
-  for process in "${!outputs[@]}"; do
-    wait "$process" || failed=1
-    cat "${outputs[$process]}"
-    rm "${outputs[$process]}"
-    unset "outputs[$process]"
+  local k failed=0
+  for k in "${!groups[@]}"; do
+    wait "${groups[k]}" || failed=1
+    cat "${outputs[k]}"
+    rm "${outputs[k]}"
+    unset "groups[k]" "outputs[k]"
   done
   return $failed
 }
+
+# Ends what runs beside a step that failed, and shows how far it came.
+end_all() {
+  local k
+  for k in "${!groups[@]}"; do
+    kill -- "-${groups[k]}" 2>/dev/null || true
+    cat "${outputs[k]}"
+    rm "${outputs[k]}"
+  done
+}
+trap end_all EXIT

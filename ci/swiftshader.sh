@@ -16,9 +16,11 @@ export VK_ICD_FILENAMES=$driver VK_DRIVER_FILES=$driver RTFMESH_DEVICE=swiftshad
 tests=("$@")
 if [ ${#tests[@]} -eq 0 ]; then
   tests=(stages:: gpu:: pipeline::presets pipeline::coarse_to_fine)
-  # Long runs of kernels that the others run, too.
-  for name in presets_find_the_faults_that_the_default_finds planes_of_a_cloud power_faces_relax; do
-    tests+=(--skip "pipeline::presets::$name")
+  # Long runs of kernels that the others run, too, and what is the host's.
+  for name in pipeline::presets::{presets_find_the_faults,planes_of_a_cloud,power_faces_relax} \
+    pipeline::coarse_to_fine::{divided_dispatches,lists_in_several_buffers,few_sites_open} \
+    stages::face::planar::faces_are_exact_with_short_lists gpu::memory::; do
+    tests+=(--skip "$name")
   done
 fi
 cargo test --quiet --test tests -- "${tests[@]}"

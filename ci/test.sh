@@ -12,9 +12,6 @@ step "house rules" ./ci/rules.sh
 step "versions" ./ci/version.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --workspace --all-targets -- -D warnings
-# They use the library as docs.rs has it; `ci/package.sh` compiles it without any feature.
-step "the library with pages and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
-  --no-default-features --target-dir "${CARGO_TARGET_DIR:-target}"
 step "the least Rust" ./ci/msrv.sh
 step "licences of the dependencies" "${PYTHON:-python3}" ci/licenses.py
 step "public items" ./ci/public_api.sh

@@ -42,7 +42,10 @@ fn changed(seed: &[u8], other: &[u8], random: &mut impl Rng) -> Vec<u8> {
     copy
 }
 
+/// Runs a check on the seeds of a target and on `rounds` changed copies; RTFMESH_FUZZ_ROUNDS overrides that.
 fn replay(target: &str, check: impl Fn(&[u8]), rounds: usize) {
+    let rounds =
+        std::env::var("RTFMESH_FUZZ_ROUNDS").ok().and_then(|text| text.parse().ok()).unwrap_or(rounds);
     let seeds = seeds(target);
     assert!(seeds.len() >= 10, "{target}: the seeds are missing");
     seeds.iter().for_each(|seed| check(seed));
@@ -60,7 +63,7 @@ fn bytes_as_files() {
 
 #[test]
 fn bytes_as_addresses_of_files() {
-    replay("references", references::check, 6000);
+    replay("references", references::check, 4000);
 }
 
 #[test]
@@ -75,5 +78,5 @@ fn bytes_as_images() {
 
 #[test]
 fn bytes_as_meshes_to_repair() {
-    replay("repair", repairing::check, 3000);
+    replay("repair", repairing::check, 2000);
 }
