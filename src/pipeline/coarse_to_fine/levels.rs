@@ -111,34 +111,55 @@ fn fitting(curves: &SurfaceCurves, area: f64, count: usize) -> Option<LevelPlan>
     if fits(&plan) {
         return Some(plan);
     }
-    let longer = |k: i32| {
-        let (shorter, spacing) = fewer_on_curves(curves, [k, k + 1].map(|k| plan.spacing * LONGER.powi(k)))?;
-        // The most sites with this spacing: one more would shorten it below the drop.
-        let on = curves.count(shorter);
-        let most = area / covered(shorter) + on.sites as f64 - 0.5 * on.sides as f64;
-        let kept = curves.count(spacing).sites + plan.points;
-        let fits = kept as f64 <= MOST_ON_CURVES * most.min(count as f64);
-        fits.then(|| LevelPlan { sites: count, interior: count - kept, spacing, ..plan })
-    };
-    (0..LONGER_SPACINGS).find_map(longer)
-}
-
-/// The last spacing in a range at which the number of sites on curves drops: just below it, and at it; `None`
-/// if it is the same at both ends.
-fn fewer_on_curves(curves: &SurfaceCurves, [mut low, mut high]: [f64; 2]) -> Option<(f64, f64)> {
-    let at_end = curves.count(high);
-    if curves.count(low) == at_end {
+    let kept = |on: CurveCounts| on.sites + plan.points;
+    // No longer spacing has more on curves.
+    let are_few = |on: CurveCounts| kept(on) as f64 <= MOST_ON_CURVES * count as f64;
+    let longest = plan.spacing * LONGER.powi(LONGER_SPACINGS);
+    if !are_few(curves.count(longest)) {
         return None;
     }
+    // The most sites with the spacing of a drop: one more would shorten it below that.
+    let most = |below: f64, on: CurveCounts| area / covered(below) + on.sites as f64 - 0.5 * on.sides as f64;
+    let drop_at = |ends: [f64; 2], is_past: &dyn Fn(CurveCounts) -> bool| {
+        let [below, spacing] = first_past(curves, ends, is_past);
+        let kept = kept(curves.count(spacing));
+        let fits = kept as f64 <= MOST_ON_CURVES * most(below, curves.count(below)).min(count as f64);
+        fits.then(|| LevelPlan { sites: count, interior: count - kept, spacing, ..plan })
+    };
+    if let Some(level) = drop_at([plan.spacing, longest], &are_few) {
+        return Some(level);
+    }
+    let (mut low, mut on) = (plan.spacing, curves.count(plan.spacing));
+    while low < longest {
+        let (high, at_high) = (LONGER * low, curves.count(LONGER * low));
+        let may_fit = kept(at_high) as f64 <= MOST_ON_CURVES * most(low, on).max(most(low, at_high));
+        if at_high != on && are_few(at_high) && may_fit {
+            let level = drop_at([low, high], &|on| on == at_high);
+            if level.is_some() {
+                return level;
+            }
+        }
+        (low, on) = (high, at_high);
+    }
+    None
+}
+
+/// The first spacing between these at which the counts on curves are past a drop, as those at the second one
+/// are; before it, one just below.
+fn first_past(
+    curves: &SurfaceCurves,
+    [mut low, mut high]: [f64; 2],
+    is_past: &dyn Fn(CurveCounts) -> bool,
+) -> [f64; 2] {
     for _ in 0..HALVINGS {
         let middle = (low * high).sqrt();
-        if curves.count(middle) == at_end {
+        if is_past(curves.count(middle)) {
             high = middle;
         } else {
             low = middle;
         }
     }
-    Some((low, high))
+    [low, high]
 }
 
 /// The area of an interior site at this spacing.
