@@ -283,9 +283,10 @@ impl Attempts<'_> {
         multiples: &[usize],
     ) -> Result<Option<Outcome>> {
         let RunContext { surface, mesh, plan, options, .. } = self.context;
+        let on_surface = surface_vertices(surface, mesh);
         for more in multiples.iter().map(|factor| factor * vertices) {
             let request = ModelRequest { vertices: more, ..ModelRequest::of(plan) };
-            let found_by = feature_options(&self.context, &request, &surface_vertices(surface, mesh))?;
+            let found_by = feature_options(&self.context, &request, &on_surface)?;
             let made = |progress: &_| fallback.with_all_features((features, &found_by), more, progress);
             match runner.progress.during(made)? {
                 Some(made) if more == vertices || options.shortage == Shortage::AddVertices => {
