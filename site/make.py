@@ -59,7 +59,7 @@ repository has first steps.
 {items}```
 """
 # Functions of modules that need other packages.
-ELSEWHERE = ("pyvista.Accessor", "trimesh.remesh", "meshio.remesh")
+ELSEWHERE = ("pyvista.Accessor", "vtk.remesh", "vtk.poly_data", "trimesh.remesh", "meshio.remesh")
 
 
 def copy_pages(pages: Path) -> None:

@@ -7,8 +7,8 @@
     rtfmesh.write("scan-10k.ply", result)
 
 `rtfmesh.reconstruct` builds and remeshes a surface through points, `rtfmesh.contour` one in a volume.
-`rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages, and
-`rtfmesh.asset` makes a mesh with baked textures.
+`rtfmesh.pyvista`, `rtfmesh.trimesh`, `rtfmesh.meshio` and `rtfmesh.vtk` do the same for the meshes of these
+packages, and `rtfmesh.asset` makes a mesh with baked textures.
 """
 
 from importlib import import_module as _import_module
@@ -31,7 +31,7 @@ from ._result import Cells, Correspondence, LocatedResult, Result
 add_cpu_driver()
 
 # What needs packages that may not be installed, and takes longer to import.
-_LAZY = ("asset", "meshio", "pyvista", "ray", "trimesh")
+_LAZY = ("asset", "meshio", "pyvista", "ray", "trimesh", "vtk")
 
 
 def __getattr__(name: str) -> _Any:

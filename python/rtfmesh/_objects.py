@@ -52,8 +52,14 @@ class HasTriangles(Protocol):
     def triangles(self) -> Any: ...
 
 
-MeshLike = HasMesh | HasPoints | HasTriangles | tuple[ArrayLike, ArrayLike]
-WHAT = "an rtfmesh, trimesh, PyVista, meshio or Open3D mesh, or vertices and faces"
+class HasPointCount(Protocol):
+    """Anything that counts its points as VTK does: a vtkPolyData or another data set."""
+
+    def GetNumberOfPoints(self) -> int: ...
+
+
+MeshLike = HasMesh | HasPoints | HasTriangles | HasPointCount | tuple[ArrayLike, ArrayLike]
+WHAT = "an rtfmesh, trimesh, PyVista, VTK, meshio or Open3D mesh, or vertices and faces"
 
 
 @dataclass
@@ -66,8 +72,11 @@ class Shape:
 
 
 def package(value: object) -> str:
-    """The package that a class comes from, or one that it inherits from."""
-    known = ("trimesh", "pyvista", "meshio", "open3d")
+    """The package that a class comes from, or one that it inherits from.
+
+    PyVista's classes inherit from VTK's, and come first.
+    """
+    known = ("trimesh", "pyvista", "meshio", "open3d", "vtkmodules")
     names = [base.__module__.partition(".")[0] for base in type(value).__mro__]
     return next((name for name in names if name in known), names[0])
 
@@ -90,6 +99,9 @@ def is_object(value: object) -> bool:
         return True
     if isinstance(value, (np.ndarray, list, tuple, str, bytes, os.PathLike)) or hasattr(value, "__array__"):
         return False
+    if package(value) == "vtkmodules":
+        # But for its arrays.
+        return not hasattr(value, "GetNumberOfTuples")
     return any(
         hasattr(value, name) for name in ("vertices", "points", "to_mesh", "extract_surface", "combine")
     )
@@ -112,6 +124,10 @@ def shape_of(value: Any, name: str) -> Shape:
         from .meshio import shape_of as of_meshio
 
         return of_meshio(value, name)
+    if own == "vtkmodules":
+        from .vtk import shape_of as of_vtk
+
+        return of_vtk(value, name)
     if hasattr(value, "vertices") and hasattr(value, "faces"):
         attributes = getattr(value, "attributes", None)
         own_ones = attributes if isinstance(attributes, Attributes) else Attributes()

@@ -77,8 +77,8 @@ def remesh(
     ----------
     vertices
         Positions, shape (V, 3): any real numbers, in any units. Or in place of vertices and faces one object:
-        a `Mesh`, a `Result`, a pair, or a mesh of trimesh, PyVista, meshio or Open3D, whose attributes come
-        along; `n` may follow it at once.
+        a `Mesh`, a `Result`, a pair, or a mesh of trimesh, PyVista, VTK, meshio or Open3D, whose attributes
+        come along; `n` may follow it at once.
     faces
         Indices of vertices, shape (F, 3): any integers. Duplicates and faces without area may be among them.
     n

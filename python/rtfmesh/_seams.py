@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 from ._arrays import Faces
 from ._errors import MeshWarning
 from ._result import Result
+
+if TYPE_CHECKING:
+    from ._files import Mesh
 
 
 @dataclass
@@ -26,7 +29,7 @@ class Split:
     """Shape (N, 2)."""
 
 
-def split_at_seams(result: Result, keep_uv: bool) -> Split:
+def split_at_seams(result: Mesh | Result, keep_uv: bool) -> Split:
     """The result with a vertex for each pair of texture coordinates that there is at it, if seams were kept.
 
     If not, each vertex stays one, and has the coordinates of one of its faces; a warning says so where that

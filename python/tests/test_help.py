@@ -83,7 +83,7 @@ def test_methods_and_other_modules_explain_their_options():
     for function in (
         *(remesher.remesh, remesher.reconstruct, remesher.contour),
         *(surface.remesh, surface.reconstruct, points.reconstruct, image.contour),
-        *(rtfmesh.trimesh.remesh, rtfmesh.meshio.remesh),
+        *(rtfmesh.trimesh.remesh, rtfmesh.meshio.remesh, rtfmesh.vtk.remesh),
     ):
         text = inspect.getdoc(function)
         assert entries(text) == expected, function

@@ -26,6 +26,10 @@ def of_meshio(mesh):
     return meshio.Mesh(mesh.vertices, [("triangle", mesh.faces.astype(int))])
 
 
+def of_vtk(mesh):
+    return pytest.importorskip("rtfmesh.vtk").poly_data(mesh)
+
+
 def of_open3d(mesh):
     """Looks as one, since Open3D is large."""
     return SimpleNamespace(vertices=mesh.vertices, triangles=mesh.faces.astype(np.int32))
@@ -43,6 +47,7 @@ KINDS = {
     "scene": of_scene,
     "pyvista": of_pyvista,
     "meshio": of_meshio,
+    "vtk": of_vtk,
     "open3d": of_open3d,
 }
 
@@ -129,8 +134,8 @@ def test_other_data_sets_of_pyvista_have_surfaces(remesher):
 def test_modules_for_other_packages_need_no_import_of_their_own():
     text = """
 import sys, rtfmesh
-assert {"trimesh", "pyvista", "meshio", "ray"} <= set(dir(rtfmesh))
-assert not {"trimesh", "pyvista", "meshio", "ray"} & set(sys.modules)
+assert {"trimesh", "pyvista", "meshio", "ray", "vtk"} <= set(dir(rtfmesh))
+assert not {"trimesh", "pyvista", "meshio", "ray", "vtk", "vtkmodules"} & set(sys.modules)
 print(rtfmesh.trimesh.remesh.__module__, rtfmesh.meshio.remesh.__module__)
 try:
     rtfmesh.nothing
