@@ -18,6 +18,10 @@ fi
 if [ "${1:-}" = --tests ] && ! "${PYTHON:-python3}" -c 'import ensurepip, venv' 2>/dev/null; then
   packages+=(python3 python3-venv)
 fi
+# For gmsh in ci/python.sh, which is linked with them.
+if [ "${1:-}" = --tests ]; then
+  packages+=(libgl1 libglu1-mesa libgomp1 libxcursor1 libxft2 libxinerama1)
+fi
 # For ci/gltf.sh; there may be others than Debian's.
 if [ "${1:-}" = --tests ] && ! { command -v node && command -v npm; } >/dev/null; then
   packages+=(nodejs npm)
