@@ -5,4 +5,6 @@
 #[path = "../../tests/fuzzing/references.rs"]
 mod references;
 
-libfuzzer_sys::fuzz_target!(|data: &[u8]| references::check(data));
+static PLACE: std::sync::LazyLock<references::Place> = std::sync::LazyLock::new(references::Place::new);
+
+libfuzzer_sys::fuzz_target!(|data: &[u8]| PLACE.check(data));

@@ -63,7 +63,8 @@ fn bytes_as_files() {
 
 #[test]
 fn bytes_as_addresses_of_files() {
-    replay("references", references::check, 4000);
+    let place = references::Place::new();
+    replay("references", |address| place.check(address), 4000);
 }
 
 #[test]
