@@ -28,9 +28,9 @@ const WIDEST: f64 = 2.5;
 /// Number of iterations at the end of a level whose faces are exact even where the lists do not decide them.
 const EXACT: u32 = 10;
 /// Where sizes vary, faces that reach this many times as far as their lists stay as these leave them: those
-/// of needles among sites that are far closer together than the largest size. Thousands of sites may cut such
+/// of needles among sites that are far closer together than the largest size. Hundreds of sites may cut such
 /// a face, and its centroid is not to be trusted.
-const HOPELESS: f32 = 8.0;
+const HOPELESS: f32 = 3.0;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
 /// Largest product of sites and checks in a submission of a coarse level: at each check, all results are
