@@ -212,7 +212,14 @@ fn for_each_stretch(curve: &CurvePath, spacing: f64, visit: &mut impl FnMut(&Eve
         return visit(&EvenStretch::new(curve, whole, 1));
     }
     let mut stretches = Vec::new();
-    split_at_bends(curve, whole, spacing, &mut stretches);
+    let [from, to] = curve.between_cusps(spacing);
+    if from > whole[0] {
+        stretches.push(EvenStretch::new(curve, [whole[0], from], 1));
+    }
+    split_at_bends(curve, [from, to], spacing, &mut stretches);
+    if to < whole[1] {
+        stretches.push(EvenStretch::new(curve, [to, whole[1]], 1));
+    }
     let count = stretches.iter().fold(0, |sum: usize, even| sum.saturating_add(even.count));
     if count >= curve.fewest {
         stretches.iter().for_each(visit);

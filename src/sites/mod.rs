@@ -5,6 +5,7 @@ pub mod cells;
 pub mod connect;
 pub mod curve_clearance;
 pub mod curve_sites;
+mod cusps;
 pub mod ears;
 pub mod fans;
 pub(crate) mod morton;

@@ -1,6 +1,7 @@
 //! The surface's features in the form that sites need: curves as polylines of its edges, and the triangles at
 //! each edge.
 
+use super::cusps;
 use super::place::Place;
 use crate::mesh::csr::{Csr, triangles_around};
 use crate::mesh::features::{Curve, CurveKind, Features};
@@ -54,6 +55,8 @@ pub(crate) struct CurvePath {
     pub fewest: usize,
     /// Whether it is one segment, whatever its length.
     pub is_whole: bool,
+    /// The arc length from either end until the curves at a cusp there have opened; 0 if there is none.
+    pub opened: [f64; 2],
     /// Where edge lengths differ: that at each point.
     pub sizes: Vec<f64>,
     /// Their [measures](CurvePath::measure).
@@ -164,6 +167,7 @@ impl SurfaceCurves {
         curves.curves.iter_mut().zip(&features.whole).for_each(|(path, whole)| path.is_whole = *whole);
         curves.forbid_doubled_edges();
         curves.keep_slits_open();
+        cusps::find(&mut curves.curves, vertices);
         curves.list_single_edges();
         Some(curves)
     }
@@ -248,6 +252,7 @@ impl SurfaceCurves {
             sides,
             fewest: if loops { 3 } else { 1 },
             is_whole: false,
+            opened: [0.0; 2],
             sizes: Vec::new(),
             measured: Vec::new(),
         }
@@ -285,7 +290,7 @@ impl SurfaceCurves {
         self.single_edges.clear();
         self.with_bends.clear();
         for (number, path) in (0..).zip(&self.curves) {
-            if path.line.is_closed() || path.line.bends() > 0 {
+            if path.line.is_closed() || path.line.bends() > 0 || path.opened != [0.0; 2] {
                 self.with_bends.push(number);
             } else {
                 let length = path.measure(path.line.length()) - path.measure(0.0);

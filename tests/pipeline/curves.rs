@@ -178,3 +178,21 @@ fn studs_narrower_than_an_edge_do_not_melt() {
         }
     }
 }
+
+#[test]
+fn the_tip_between_an_arc_and_its_tangent_is_no_needle() {
+    // A rectangle with a corner cut out by an arc, which leaves the lower side without a bend.
+    let arc = (0..=18).rev().map(|k| 5.0 * f64::from(k)).map(|degrees: f64| {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        DVec3::new(sin, 1.0 - cos, 0.0)
+    });
+    let corners = [[9.0, 0.0], [9.0, 6.0], [1.0, 6.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let vertices: Vec<DVec3> = corners.into_iter().chain(arc).collect();
+    let triangles = (2..vertices.len() as u32).map(|k| [0, k - 1, k]).collect();
+    let input = TriMesh { vertices, triangles };
+    for n in [80, 150, 200, 220] {
+        let quality = run(&input, &Options::new(n)).summary.output.quality;
+        // With segments of one length: 11.5 to 15 degrees.
+        assert!(quality.min_angle > 16.5, "{n}: {quality:?}");
+    }
+}
