@@ -63,7 +63,10 @@ fn vertices_on(
     reach: impl Fn(u32) -> Option<f64>,
 ) -> Vec<u32> {
     let at = |v: u32| mesh.vertices[v as usize];
-    let [a, b] = [edge.from, edge.to].map(at);
+    let [from, to] = [edge.from, edge.to].map(at);
+    // Rounding must not depend on the way the face goes around.
+    let is_forwards = from.to_array() < to.to_array();
+    let [a, b] = if is_forwards { [from, to] } else { [to, from] };
     let direction = b - a;
     let length = direction.length();
     let mut near = Vec::new();
@@ -81,6 +84,9 @@ fn vertices_on(
         })
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    if !is_forwards {
+        found.reverse();
+    }
     found.into_iter().map(|(_, v)| v).collect()
 }
 
