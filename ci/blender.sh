@@ -19,14 +19,7 @@ if [ "$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')" != 3.
 fi
 
 # What bpy is linked with.
-packages=(libgl1 libice6 libsm6 libx11-6 libxfixes3 libxi6 libxkbcommon0 libxrender1)
-if ! dpkg-query -W -f='${db:Status-Status}\n' "${packages[@]}" 2>/dev/null | awk -v count=${#packages[@]} '
-  $0 == "installed" { found++ } END { exit found != count }'; then
-  as_root=()
-  if [ "$(id -u)" != 0 ]; then as_root=(sudo); fi
-  "${as_root[@]}" apt-get update -qq
-  "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
-fi
+./ci/packages.sh libgl1 libice6 libsm6 libx11-6 libxfixes3 libxi6 libxkbcommon0 libxrender1
 
 compgen -G "$CARGO_TARGET_DIR/dist/rtfmesh-*.whl" >/dev/null || ./ci/wheel.sh
 

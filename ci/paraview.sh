@@ -9,14 +9,7 @@ export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 root=$PWD
 work=$CARGO_TARGET_DIR/paraview
 
-packages=(paraview python3-paraview python3-pytest)
-if ! dpkg-query -W -f='${db:Status-Status}\n' "${packages[@]}" 2>/dev/null | awk -v count=${#packages[@]} '
-  $0 == "installed" { found++ } END { exit found != count }'; then
-  as_root=()
-  if [ "$(id -u)" != 0 ]; then as_root=(sudo); fi
-  "${as_root[@]}" apt-get update -qq
-  "${as_root[@]}" apt-get install -y -qq --no-install-recommends "${packages[@]}" >/dev/null
-fi
+./ci/packages.sh paraview python3-paraview python3-pytest
 
 compgen -G "$CARGO_TARGET_DIR/dist/rtfmesh-*.whl" >/dev/null || ./ci/wheel.sh
 

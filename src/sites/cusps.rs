@@ -16,7 +16,7 @@ const WEDGE: f64 = 2.4;
 /// Curves that open within fewer spacings need no such segments: those of arcs are at least as long.
 const SHORTEST: f64 = 0.6;
 /// A bend farther from a first segment than this many spacings, as in a notch, forbids it. An arc that opens
-/// over [`LONGEST`] is this far from it.
+/// over [`LONGEST`] is nearly as far from it.
 const MAX_STRAY: f64 = 0.16;
 
 /// At corners of more curves, as at the apex of a cone of facets, no cusps are looked for: all pairs would
