@@ -10,6 +10,7 @@ use crate::mesh::topology::topology;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::{Error, Result, TriMesh};
 use rayon::prelude::*;
+use std::borrow::Borrow;
 use std::collections::HashSet;
 
 /// Vertices that the largest component gets, however many others there are, if it has as many in the input.
@@ -23,6 +24,10 @@ const DOUBLINGS: u32 = 4;
 /// If components of more than this share of the area have another topology than the surface, nothing is
 /// improved, and the others are remeshed with them.
 const NEARLY_ALL: f64 = 0.9;
+/// Cells of a compact component need this many times the vertices that show its shape.
+const ROUND: f64 = 1.5;
+/// No component has cells with fewer vertices: a ball, whose shape needs the fewest, has them from 16.3 on.
+const FEWEST_FOR_CELLS: f64 = 16.0;
 /// Vertices of the smallest other component on the coarsest level.
 const ON_COARSEST: f64 = 12.0;
 
@@ -102,7 +107,10 @@ impl Components {
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
         let (small, large): (Vec<usize>, Vec<usize>) = (0..self.count()).partition(|part| {
             let is_small = || self.refined_vertices(mesh, *part, refined) < SMALL;
-            *part != largest && share(*part) < SMALL && is_small()
+            *part != largest
+                && share(*part) < SMALL
+                && is_small()
+                && !is_enough_for_cells(share(*part), || self.submesh(mesh, *part))
         });
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
@@ -176,9 +184,19 @@ impl Components {
         self.triangles[part].iter().map(of).sum::<f64>() * 2.0 / 3f64.sqrt()
     }
 
-    /// The least number of vertices that these components need.
+    /// The least number of vertices that these components need: none is looked for that has enough of them by
+    /// area.
     fn least(&self, mesh: &TriMesh, parts: &[usize], target: &ComponentTarget) -> Result<usize> {
-        parts.par_iter().map(|part| least_vertices(&self.submesh(mesh, *part), target)).sum()
+        let whole = self.area();
+        let least = |part: &usize| {
+            let surface = self.submesh(mesh, *part);
+            let share = target.vertices as f64 * self.areas[*part] / whole;
+            if is_enough_for_cells(share, || &surface) {
+                return Ok(COMPACT);
+            }
+            least_vertices(&surface, target)
+        };
+        parts.par_iter().map(least).sum()
     }
 
     /// Vertices for each component: the least number that it needs, and a share of the others.
@@ -416,18 +434,36 @@ fn remesh_each(
     Ok(Remeshed { counts, meshes })
 }
 
-/// Vertices that show the shape of a surface. A closed one of volume V and area A is about as thick as a rod
-/// of radius 2 V / A, and edges may be as long as the sides of a triangle inscribed in that.
+/// Vertices that show the shape of a surface.
 fn shape_vertices(surface: &TriMesh) -> usize {
     if topology(surface).boundary_edges > 0 {
         return COMPACT;
     }
+    let needed = as_rods_need(surface);
+    if needed > OF_PLATES as f64 { COMPACT } else { (needed as usize).clamp(COMPACT, MOST_FOR_SHAPE) }
+}
+
+/// Vertices that show the shape of a closed surface. One of volume V and area A is about as thick as a rod of
+/// radius 2 V / A, and edges may be as long as the sides of a triangle inscribed in that.
+fn as_rods_need(surface: &TriMesh) -> f64 {
     let (lo, hi) = triangle_bounds(surface);
     let volume = relative_volume(surface).abs() * (hi - lo).element_product();
     let area = surface.area();
     let side = 3f64.sqrt() * 2.0 * volume / area;
-    let needed = 2.0 * area / (3f64.sqrt() * side * side);
-    if needed > OF_PLATES as f64 { COMPACT } else { (needed as usize).clamp(COMPACT, MOST_FOR_SHAPE) }
+    2.0 * area / (3f64.sqrt() * side * side)
+}
+
+/// Whether cells of so many vertices have the topology of a surface for sure: of a compact one without
+/// handles, boundary or defects.
+fn is_enough_for_cells<S: Borrow<TriMesh>>(vertices: f64, surface: impl FnOnce() -> S) -> bool {
+    if vertices < FEWEST_FOR_CELLS {
+        return false;
+    }
+    let surface = surface();
+    let topology = topology(surface.borrow());
+    topology.is_closed_manifold()
+        && topology.genus == Some(0)
+        && vertices >= ROUND * as_rods_need(surface.borrow())
 }
 
 /// What is made of components. If there are too few vertices for that, faces may intersect; not if many more
@@ -495,6 +531,27 @@ fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> 
 mod tests {
     use super::*;
     use crate::mesh::samples::sample;
+
+    #[test]
+    fn cells_are_enough_for_compact_shapes_without_handles() {
+        let mut open = sample("sphere").unwrap();
+        open.triangles.pop();
+        let box_of = |height: f64| {
+            let mut mesh = sample("box").unwrap();
+            mesh.vertices.iter_mut().for_each(|v| v.z *= height);
+            mesh
+        };
+        for (mesh, vertices, expected) in [
+            (sample("sphere").unwrap(), 17.0, true),
+            (sample("sphere").unwrap(), 16.1, false),
+            (open, 100.0, false),
+            (sample("torus").unwrap(), 1000.0, false),
+            (box_of(1.0), 40.0, true),
+            (box_of(0.1), 40.0, false),
+        ] {
+            assert_eq!(is_enough_for_cells(vertices, || &mesh), expected, "{vertices}");
+        }
+    }
 
     #[test]
     fn all_are_replaced_where_nearly_all_of_the_area_is_wrong() {
