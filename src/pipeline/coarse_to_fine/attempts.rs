@@ -263,6 +263,7 @@ impl Attempts<'_> {
         let first = runner.with_shorter_edges(first, vertices)?;
         let first = runner.with_round_facets(first, vertices)?;
         let first = self.without_fault(first, &mut runner, &fallback, (features, vertices))?;
+        let first = runner.with_even_lengths(first, vertices)?;
         let outcome = match runner.closer(&first, &fallback, (features, vertices))? {
             Some(closer) => closer,
             None => runner.with_coarser_features(first, vertices)?,

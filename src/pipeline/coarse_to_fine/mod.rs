@@ -12,6 +12,7 @@ mod constraints;
 mod curve_tests;
 mod densify;
 pub(crate) mod device_polish;
+mod even_lengths;
 mod improve;
 mod insert;
 pub(crate) mod level;
