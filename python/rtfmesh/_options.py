@@ -164,6 +164,12 @@ class Options(TypedDict, total=False):
     fill_holes : float | str, above 0
         Fill holes up to this size across, in input units or as % of the diagonal. 100% fills all. A patch
         follows the surface around its hole.
+    smooth_spikes : bool
+        Smooth spikes: single vertices that stick out like needles. They may stick into the surface, too.
+        All angles around one sum to less than 90 degrees, as at the tip of a cone of 29 degrees.
+    outer : bool
+        Remove components inside closed ones, such as inner shells and hidden parts. Components that
+        intersect the one around them stay.
     wrap : float | str, above 0
         Remesh one closed surface around the outside; gaps below this are closed. In input units or as % of
         the diagonal.
@@ -288,6 +294,13 @@ class Options(TypedDict, total=False):
     fill_holes: float | str | None
     """Fill holes up to this size across, in input units or as % of the diagonal. 100% fills all. A patch
     follows the surface around its hole."""
+    smooth_spikes: bool
+    """Smooth spikes: single vertices that stick out like needles. They may stick into the surface, too. All
+    angles around one sum to less than 90 degrees, as at the tip of a cone of 29 degrees. It goes to where
+    the surface around it bends least."""
+    outer: bool
+    """Remove components inside closed ones, such as inner shells and hidden parts. Components that
+    intersect the one around them stay."""
     wrap: float | str | None
     """Remesh one closed surface around the outside; gaps below this are closed. In input units or as % of
     the diagonal. The surface runs where a ball of this diameter rolls over the input, which may be any

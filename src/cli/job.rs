@@ -308,6 +308,7 @@ impl<'a> Request<'a> {
             }
         }
         self.options.fill_holes = None;
+        (self.options.smooth_spikes, self.options.outer) = (false, false);
         (self.options.weld, self.options.min_component, self.options.smooth_boundary) = (0.0, 0.0, 0.0);
         Ok((made, WrappedInput { mesh: loaded.mesh, repaired }))
     }

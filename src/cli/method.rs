@@ -85,7 +85,8 @@ pub struct MethodArgs {
         hide_short_help = true)]
     points: Option<PathBuf>,
     /// Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match
-    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary", "fill_holes"],
+    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary", "smooth_spikes",
+        "fill_holes", "outer"],
         hide_short_help = true)]
     keep_boundary: bool,
     /// Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME
@@ -93,12 +94,14 @@ pub struct MethodArgs {
     /// A label, group or material of triangles, or an attribute of triangles or vertices that is not 0 on
     /// them. May be given several times. The number of vertices is that of the whole result.
     #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
-        conflicts_with_all = ["local", "smooth_boundary", "fill_holes", "max_deviation"],
+        conflicts_with_all = ["local", "smooth_boundary", "smooth_spikes", "fill_holes", "outer",
+        "max_deviation"],
         hide_short_help = true)]
     keep: Vec<Selection>,
     /// Remesh only these triangles, and keep all others untouched; WHAT as for --keep
     #[arg(long, value_name = "WHAT", value_parser = selection, help_heading = FEATURES,
-        conflicts_with_all = ["keep", "local", "smooth_boundary", "fill_holes", "max_deviation"],
+        conflicts_with_all = ["keep", "local", "smooth_boundary", "smooth_spikes", "fill_holes",
+        "outer", "max_deviation"],
         hide_short_help = true)]
     only: Vec<Selection>,
     #[command(flatten)]
@@ -229,7 +232,9 @@ impl MethodArgs {
             weld: options.weld,
             min_component: options.min_component,
             smooth_boundary: options.smooth_boundary,
+            smooth_spikes: options.smooth_spikes,
             fill_holes: options.fill_holes,
+            outer: options.outer,
             ..
         } = self.repairs.options();
         options.seed = self.seed.unwrap_or(options.seed);

@@ -20,7 +20,7 @@ use rtfmesh::{Length, ProgressToken};
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh repair scan.ply closed.ply --fill-holes 100%
+  rtfmesh repair scan.ply closed.ply --fill-holes 100% --smooth-spikes --outer
   rtfmesh repair part.stl part.ply --weld 1e-5 --fill-holes 5% --min-component 0.01";
 
 /// Repairs beyond exact duplicates, and how far they may go.
@@ -43,6 +43,17 @@ pub struct RepairArgs {
     /// 100% fills all. A patch follows the surface around its hole.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     fill_holes: Option<Length>,
+    /// Smooth spikes: single vertices that stick out like needles
+    ///
+    /// They may stick into the surface, too. All angles around one sum to less than 90 degrees, as at the tip
+    /// of a cone of 29 degrees. It goes to where the surface around it bends least.
+    #[arg(long, hide_short_help = true)]
+    smooth_spikes: bool,
+    /// Remove components inside closed ones, such as inner shells and hidden parts
+    ///
+    /// Components that intersect the one around them stay.
+    #[arg(long, hide_short_help = true)]
+    outer: bool,
 }
 
 impl RepairArgs {
@@ -52,7 +63,9 @@ impl RepairArgs {
         let mut options = RepairOptions::default()
             .weld(given(self.weld))
             .min_component(given(self.min_component))
-            .smooth_boundary(given(self.smooth_boundary));
+            .smooth_boundary(given(self.smooth_boundary))
+            .smooth_spikes(self.smooth_spikes)
+            .outer(self.outer);
         options.fill_holes = self.fill_holes;
         options
     }

@@ -1,5 +1,6 @@
 //! Self-intersections: faces of a mesh that intersect other faces of it, decided by exact predicates.
 
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::{DVec3, Vec3Swizzles};
@@ -115,9 +116,33 @@ pub(crate) fn intersecting_with(mesh: &TriMesh, some: &[u32], progress: &Progres
     Ok(hits.faces())
 }
 
+/// Marks those of the pairs of parts, lower number first, of which faces intersect. The hierarchy is one over
+/// the mesh, which must be [`scaled`]; `parts` has the part of each face.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn mark_intersecting_parts(
+    (mesh, tree): (&TriMesh, &Bvh),
+    parts: &[u32],
+    pairs: &HashMap<[u32; 2], AtomicBool>,
+    progress: &ProgressToken,
+) -> Result<()> {
+    let at = |v: u32| mesh.vertices[v as usize];
+    tree.overlapping_pairs(progress, |s, t| {
+        let [one, two] = [s, t].map(|face| parts[face as usize]);
+        if one != two
+            && let Some(is_hit) = pairs.get(&[one.min(two), one.max(two)])
+            && !is_hit.load(Ordering::Relaxed)
+            && faces_intersect(mesh.triangles[s as usize], mesh.triangles[t as usize], at)
+        {
+            is_hit.store(true, Ordering::Relaxed);
+        }
+    })
+}
+
 /// The mesh times a power of two, which changes no answer and keeps the products in the predicates within
 /// range.
-fn scaled(mesh: &TriMesh) -> TriMesh {
+pub(crate) fn scaled(mesh: &TriMesh) -> TriMesh {
     let scale = scale_of(mesh);
     let vertices = mesh.vertices.iter().map(|&v| v * scale).collect();
     TriMesh { vertices, triangles: mesh.triangles.clone() }

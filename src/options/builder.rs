@@ -33,6 +33,8 @@ impl Options {
         weld: f64,
         min_component: f64,
         smooth_boundary: f64,
+        smooth_spikes: bool,
+        outer: bool,
         shortage: Shortage,
         measures: MeasureDepth,
         accuracy: f64,

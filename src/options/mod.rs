@@ -85,8 +85,13 @@ pub struct Options {
     /// Ragged boundaries of the input are smoothed by at most this fraction of the bounding box's diagonal; 0
     /// to below 1. 0 leaves them unchanged.
     pub smooth_boundary: f64,
+    /// Spikes of the input are smoothed: vertices that stick out alone like needles, around which all angles
+    /// sum to less than 90 degrees.
+    pub smooth_spikes: bool,
     /// Holes of the input are filled if the diagonal of their bounding box is at most this long.
     pub fill_holes: Option<Length>,
+    /// Components of the input inside closed ones are removed, such as inner shells and hidden parts.
+    pub outer: bool,
     /// What to do if N is too small for a valid mesh.
     pub shortage: Shortage,
     /// Which measures are taken of the result.
@@ -143,7 +148,9 @@ impl Options {
             weld: 0.0,
             min_component: 0.0,
             smooth_boundary: 0.0,
+            smooth_spikes: false,
             fill_holes: None,
+            outer: false,
             shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
             accuracy: DEFAULT_ACCURACY,
@@ -216,7 +223,9 @@ impl Options {
             weld: self.weld,
             min_component: self.min_component,
             smooth_boundary: self.smooth_boundary,
+            smooth_spikes: self.smooth_spikes,
             fill_holes: self.fill_holes,
+            outer: self.outer,
         }
     }
 
@@ -291,6 +300,8 @@ impl Options {
         let changes = [
             ("smooth_boundary` moves", self.smooth_boundary > 0.0),
             ("fill_holes` closes", self.fill_holes.is_some()),
+            ("smooth_spikes` moves", self.smooth_spikes),
+            ("outer` removes", self.outer),
         ];
         for (name, _) in kept.into_iter().filter(|(_, is_set)| *is_set) {
             if let Some((change, _)) = changes.iter().find(|(_, is_set)| *is_set) {

@@ -145,6 +145,7 @@ fn half_options(options: &Options, vertices: usize) -> Options {
     half.coarse_to_fine.symmetric = None;
     (half.weld, half.min_component, half.smooth_boundary) = (0.0, 0.0, 0.0);
     half.fill_holes = None;
+    (half.smooth_spikes, half.outer) = (false, false);
     half.correspondence = CorrespondenceRequest::NONE;
     half.measures = MeasureDepth::Basic;
     half.format = None;

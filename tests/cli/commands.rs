@@ -93,6 +93,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
         "weld": 0.0, "min_component": 0.0, "smooth_boundary": 0.0, "fill_holes": null,
+        "smooth_spikes": false, "outer": false,
         "shortage": "best-effort",
         "measures": "full", "accuracy": 0.01, "format": "ply",
         "faces": null,

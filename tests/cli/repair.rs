@@ -77,3 +77,30 @@ fn runs_fill_holes_first_and_measure_to_the_filled_surface() {
     assert!(found.is_closed_manifold() && found.vertices == 900 && found.genus == Some(1), "{found:?}");
     place.program("remesh open.ply x.ply -n 900 --fill-holes 12% --keep-boundary").assert().code(2);
 }
+
+#[test]
+fn spikes_and_inner_shells_go_where_that_is_asked_for() {
+    let place = Place::new();
+    let mut mesh = sample("sphere").unwrap();
+    let count = mesh.vertices.len();
+    let offset = count as u32;
+    mesh.vertices.extend_from_within(..);
+    mesh.vertices[count..].iter_mut().for_each(|v| *v *= 0.4);
+    mesh.triangles.extend(mesh.triangles.clone().iter().map(|t| t.map(|v| v + offset)));
+    mesh.vertices[9] *= 3.0;
+    write(place.path("in.ply"), &mesh).unwrap();
+    let (_, told) = place.run("repair in.ply same.ply");
+    assert!(!told.contains("spike") && !told.contains("inside"), "{told}");
+    assert_eq!(read(place.path("same.ply")).unwrap().mesh, mesh);
+    let (_, told) = place.run("repair in.ply out.ply --smooth-spikes --outer");
+    assert!(told.contains("note: in.ply: 1 spike was smoothed"), "{told}");
+    assert!(told.contains("note: in.ply: 1 component was removed, inside closed ones"), "{told}");
+    let out = read(place.path("out.ply")).unwrap().mesh;
+    assert_eq!(out.vertices.len(), count);
+    assert!(out.vertices[9].length() < 1.01 && out.vertices[..9] == mesh.vertices[..9]);
+    place.run("remesh in.ply fine.ply -n 300 --smooth-spikes --outer --report r.json");
+    let report = place.json("r.json");
+    assert_eq!(report.pointer("/repaired/hidden_components_removed"), Some(&1.into()), "{report:#}");
+    assert_eq!(report.pointer("/output/topology/components"), Some(&1.into()), "{report:#}");
+    place.program("remesh in.ply x.ply -n 300 --outer --keep-boundary").assert().code(2);
+}

@@ -39,6 +39,10 @@ pub struct RepairCounts {
     pub holes_left: usize,
     /// Holes that cannot be filled without an edge of more than two faces.
     pub holes_unfilled: usize,
+    /// Spikes smoothed: vertices that stuck out like needles.
+    pub spikes_smoothed: usize,
+    /// Components inside closed ones, if only outer ones stay.
+    pub hidden_components_removed: usize,
     /// Boundary vertices moved to make ragged boundaries smooth.
     pub boundary_vertices_moved: usize,
 }
@@ -101,6 +105,12 @@ impl RepairCounts {
                 self.holes_unfilled,
                 ["hole was", "holes were"],
                 "left open at edges that already have two faces",
+            ),
+            (self.spikes_smoothed, ["spike was", "spikes were"], "smoothed"),
+            (
+                self.hidden_components_removed,
+                ["component was", "components were"],
+                "removed, inside closed ones",
             ),
             (
                 self.boundary_vertices_moved,

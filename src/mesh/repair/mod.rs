@@ -1,6 +1,7 @@
 //! Repairs what has one obvious remedy: duplicates, faces without an area, unused vertices, faces turned
 //! over, cracks no wider than rounding; and, where the caller gives a tolerance, wider cracks and small
-//! components; and, where asked for, fills holes and makes ragged boundaries smooth.
+//! components; and, where asked for, fills holes, smooths spikes and ragged boundaries, and removes what is
+//! inside.
 
 mod borders;
 mod boundary;
@@ -8,11 +9,13 @@ mod clean;
 mod components;
 mod counts;
 mod cracks;
+mod hidden;
 pub(crate) mod holes;
 mod joints;
 mod orient;
 mod region_areas;
 mod smooth_boundary;
+mod spikes;
 mod weld;
 
 use std::collections::HashSet;
@@ -82,8 +85,13 @@ pub struct RepairOptions {
     /// Ragged boundaries are smoothed; none of their vertices moves farther than this fraction of the
     /// bounding box's diagonal. 0 to below 1; 0 leaves boundaries as they are.
     pub smooth_boundary: f64,
+    /// Spikes are smoothed: vertices that stick out alone like needles, around which all angles sum to less
+    /// than 90 degrees.
+    pub smooth_spikes: bool,
     /// Holes are filled if the diagonal of their bounding box is at most this long; `None` fills none.
     pub fill_holes: Option<Length>,
+    /// Components inside closed ones are dropped unless they intersect these.
+    pub outer: bool,
 }
 
 impl RepairOptions {
@@ -130,6 +138,18 @@ impl RepairOptions {
         Self { smooth_boundary, ..self }
     }
 
+    /// Sets [`RepairOptions::smooth_spikes`].
+    #[must_use]
+    pub fn smooth_spikes(self, smooth_spikes: bool) -> Self {
+        Self { smooth_spikes, ..self }
+    }
+
+    /// Sets [`RepairOptions::outer`].
+    #[must_use]
+    pub fn outer(self, outer: bool) -> Self {
+        Self { outer, ..self }
+    }
+
     /// Sets [`RepairOptions::fill_holes`].
     #[must_use]
     pub fn fill_holes(self, fill_holes: Length) -> Self {
@@ -152,8 +172,8 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// vertex. Then closes cracks no wider than 32 units of 32-bit rounding of the largest coordinate and a
 /// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
 /// faces over that disagree with others of their component: closed ones then face outwards. A surface that is
-/// inside out as a whole stays inside out. Last, holes are filled and boundaries smoothed if `options` ask
-/// for it.
+/// inside out as a whole stays inside out. Last, spikes are smoothed, holes filled, hidden components dropped
+/// and boundaries smoothed if `options` ask for it.
 ///
 /// # Errors
 ///
@@ -213,7 +233,10 @@ pub(crate) fn repair_with_progress(
         (_, table) = cracks::close(&mut kept, &mut origin, &mut counts);
     }
     orient::orient(&mut kept, &table, &mut counts);
-    let triangles = kept.triangles.len();
+    if options.smooth_spikes {
+        counts.spikes_smoothed = spikes::smooth_spikes(&mut kept, &table);
+    }
+    let mut first_patch = kept.triangles.len();
     if let Some(largest) = options.fill_holes {
         let diagonal = kept.bounds().map_or(0.0, |[low, high]| high.distance(low));
         let largest = match largest {
@@ -222,9 +245,13 @@ pub(crate) fn repair_with_progress(
             Length::OfDiagonal(share) if share >= 1.0 => f64::INFINITY,
             Length::OfDiagonal(share) => share * diagonal,
         };
-        holes::fill_holes(&mut kept, &mut origin, largest, &mut counts, progress)?;
+        first_patch = holes::fill_holes(&mut kept, &mut origin, largest, &mut counts, progress)?;
     }
-    let patches = triangles..kept.triangles.len();
+    if options.outer {
+        counts.hidden_components_removed =
+            hidden::drop_hidden(&mut kept, &mut origin, &mut first_patch, progress)?;
+    }
+    let patches = first_patch..kept.triangles.len();
     if options.smooth_boundary > 0.0 {
         let [low, high] = kept.bounds().unwrap_or_default();
         let tolerance = options.smooth_boundary * (high - low).length();

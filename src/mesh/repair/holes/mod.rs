@@ -25,7 +25,7 @@ pub(crate) use triangulate::triangulate;
 /// Fills all holes no larger than `largest` across, in the mesh's unit. The rim of a flat part is none, and
 /// neither are those of components no larger themselves. Small parts that hang in a hole by a vertex are
 /// removed. The triangles of patches come last, and each has the `origin` of the closest triangle at its
-/// hole. The mesh must be oriented.
+/// hole. The mesh must be oriented. Returns the number of the first of them.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -35,7 +35,7 @@ pub(super) fn fill_holes(
     largest: f64,
     counts: &mut RepairCounts,
     progress: &ProgressToken,
-) -> Result<()> {
+) -> Result<usize> {
     let mut table = EdgeTable::new(&mesh.triangles);
     counts.parts_removed = hanging::remove(mesh, origin, largest, &table);
     if counts.parts_removed > 0 {
@@ -73,7 +73,10 @@ pub(super) fn fill_holes(
         mesh.vertices.extend(patch.inner());
     }
     counts.holes_filled = added.len();
-    if added.is_empty() { Ok(()) } else { flatten_crossing(mesh, first, &added, progress) }
+    if !added.is_empty() {
+        flatten_crossing(mesh, first, &added, progress)?;
+    }
+    Ok(first)
 }
 
 /// Tells holes of components that are no larger than `largest` across, unless the whole mesh is not.
