@@ -26,6 +26,7 @@ from ._options import Options, Research
 from ._progress import Progress
 from ._remesh import contour, reconstruct, remesh
 from ._remesher import Remesher
+from ._repair import Repaired, repair
 from ._result import Cells, Correspondence, LocatedResult, Result
 
 add_cpu_driver()
@@ -60,6 +61,7 @@ __all__ = [
     "OutputError",
     "Progress",
     "Remesher",
+    "Repaired",
     "Research",
     "Result",
     "__version__",
@@ -73,6 +75,7 @@ __all__ = [
     "reconstruct",
     "remesh",
     "render",
+    "repair",
     "sample",
     "write",
 ]

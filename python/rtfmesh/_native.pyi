@@ -85,6 +85,9 @@ def inspect(
 def render(meshes: Sequence[Mesh], drawing: Drawing) -> NDArray[np.uint8]:
     """The bytes of a PNG, or those of the pixels (height x width x 4)."""
 
+def repair(given: Mesh, options: list[str]) -> tuple[Mesh, NDArray[np.uint32], str, list[str]]:
+    """The repaired mesh, the input's face of each of its faces, and what was repaired: as JSON, in words."""
+
 def read(
     path: Path, format: str | None, materials: bool, points: bool
 ) -> tuple[Mesh, tuple[Any, ...], list[str]]:

@@ -10,6 +10,7 @@ mod follow;
 mod locate;
 mod mesh;
 mod program;
+mod repair;
 mod run;
 mod work;
 
@@ -30,6 +31,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(figures::render, module)?)?;
     module.add_function(wrap_pyfunction!(follow::follow, module)?)?;
     module.add_function(wrap_pyfunction!(locate::locate, module)?)?;
+    module.add_function(wrap_pyfunction!(repair::repair, module)?)?;
     module.add_function(wrap_pyfunction!(files::read, module)?)?;
     module.add_function(wrap_pyfunction!(files::sample, module)?)?;
     module.add_function(wrap_pyfunction!(files::write, module)?)?;

@@ -9,15 +9,18 @@ use super::measure;
 pub use super::measure::Wanted;
 use super::method::MethodArgs;
 use super::progress::{RunProgress, TimeArgs};
+use super::repair::RepairArgs;
 use super::target_count::SizeArgs;
 use super::volume::VolumeArgs;
 use super::{inspect, render};
+use crate::mesh::repair::repair_with_progress;
 use clap::{CommandFactory, Parser};
 use glam::DVec3;
 use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
+use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::to_json;
 use rtfmesh::{
     CellMesh, CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress,
@@ -169,14 +172,7 @@ impl Call {
     /// # Errors
     /// [`Error::Usage`] in clap's words.
     pub fn parse_words(words: &[String]) -> Result<Self> {
-        Self::try_parse_from(words).map_err(|error| {
-            let text = error.render().to_string();
-            let problem = text.strip_prefix("error: ").unwrap_or(&text);
-            // Tips and the usage are in paragraphs of their own.
-            let problem = problem.split("\n\n").next().unwrap_or(problem);
-            let words: Vec<&str> = problem.split_whitespace().collect();
-            Error::usage(words.join(" "), "see the documentation of the option")
-        })
+        parsed(words)
     }
 
     /// All options there are.
@@ -294,6 +290,34 @@ pub fn measure_json(
     progress: &ProgressToken,
 ) -> Result<String> {
     to_json(&measure::find(mesh, reference, wanted, progress)?)
+}
+
+/// The mesh as `rtfmesh repair` with these options repairs it: `--name` and its value, if it has one.
+///
+/// # Errors
+/// [`Error::Usage`] in clap's words, and those of [`rtfmesh::mesh::repair::repair_with`].
+pub fn repaired(mesh: &TriMesh, words: &[String], progress: &ProgressToken) -> Result<Repaired> {
+    repair_with_progress(mesh, &parsed::<RepairCall>(words)?.repairs.options(), progress)
+}
+
+#[derive(Parser)]
+#[command(no_binary_name = true, disable_help_flag = true)]
+struct RepairCall {
+    #[command(flatten)]
+    repairs: RepairArgs,
+}
+
+/// # Errors
+/// [`Error::Usage`] in clap's words.
+fn parsed<T: Parser>(words: &[String]) -> Result<T> {
+    T::try_parse_from(words).map_err(|error| {
+        let text = error.render().to_string();
+        let problem = text.strip_prefix("error: ").unwrap_or(&text);
+        // Tips and the usage are in paragraphs of their own.
+        let problem = problem.split("\n\n").next().unwrap_or(problem);
+        let words: Vec<&str> = problem.split_whitespace().collect();
+        Error::usage(words.join(" "), "see the documentation of the option")
+    })
 }
 
 /// What `inspect --json` prints.
