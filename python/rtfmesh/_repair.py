@@ -21,7 +21,7 @@ class Repaired:
     """A repaired mesh of N vertices and M faces."""
 
     vertices: Vertices
-    """Positions, shape (N, 3); those that are left are the input's, bit by bit, and in its order."""
+    """Positions, shape (N, 3). Vertices that no repair moved are the input's, bit by bit, in its order."""
     faces: Faces
     """Indices of vertices, shape (M, 3). Those that fill holes come last."""
     origin: NDArray[np.uint32]
@@ -29,7 +29,7 @@ class Repaired:
     repairs: dict[str, int]
     """What was repaired, as counts: those of `report["repaired"]`."""
     notes: list[str]
-    """The same in words; empty if there was nothing to repair but duplicate vertices."""
+    """The same in words; empty if only duplicate or unused vertices went."""
 
     def __iter__(self) -> Iterator[Any]:
         """Vertices and faces: `vertices, faces = repaired`."""
@@ -56,7 +56,8 @@ def repair(
     The mesh is vertices (V, 3) and faces (F, 3), or in place of both one object, as in `remesh`. Duplicate
     vertices and faces, faces without an area and cracks within rounding always go, and faces that disagree
     with their neighbours are turned. The options ask for more, with the same meaning as in `remesh`, such as
-    `fill_holes="100%"` and `outer=True`. All else stays as it is.
+    `fill_holes="100%"` and `outer=True`. All else stays as it is. Attributes are not carried over; `origin`
+    tells where each face comes from.
 
     Raises `InputError`.
     """

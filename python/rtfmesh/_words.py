@@ -132,9 +132,9 @@ def unknown_keyword(name: str, value: Any, function: Accepted) -> TypeError | In
     # Beside vertices, faces are triangles, and no number of them.
     counts = [ours for ours in known if ours != "faces" or "vertices" not in known]
     meant = next((ours for ours, theirs in ELSEWHERE.items() if name in theirs and ours in counts), None)
-    meant = meant or near(name, known, 0.7)
     if meant is None and function.has_options and name in ELSEWHERE["path"]:
         return function.refusal(name, "; rtfmesh.write writes a mesh to a file")
+    meant = meant or near(name, known, 0.7)
     return function.refusal(name, f"; did you mean '{meant}'?" if meant else "")
 
 
