@@ -12,13 +12,11 @@ use crate::mesh::intersections::{mark_intersecting_parts, scaled};
 use crate::mesh::submesh::without_unused_vertices;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// Rays are cast from points with these weights for a triangle's corners, which lie on no line of symmetry.
-const WEIGHTS: DVec3 = DVec3::new(0.217, 0.331, 0.452);
-/// As many triangles of a component are tried until a ray meets no edge.
-const RAYS: usize = 8;
+/// So many closed components around one are remembered at most: nests may be deep.
+const MOST_AROUND: usize = 8;
 
-/// Drops components that lie inside closed ones without touching them, and returns how many. The last
-/// triangles, from `first_patch` on, stay the last; that number is brought up to date.
+/// Removes components that lie inside closed ones without touching them, and returns how many. The patches,
+/// from `first_patch` on, stay last, and that number is updated.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -58,22 +56,21 @@ fn hidden_components(
         return Ok(vec![false; count]);
     }
     let mesh = &scaled(mesh);
-    let rays = Rays { mesh, tree: Bvh::new(mesh), of_triangle, is_closed: &is_closed };
-    let mut triangles = vec![SmallVec::<[u32; RAYS]>::new(); count];
-    for (t, part) in (0..).zip(of_triangle) {
-        let first = &mut triangles[*part as usize];
-        if first.len() < RAYS {
-            first.push(t);
-        }
+    let mut boxes = vec![Aabb::EMPTY; count];
+    let mut first = vec![DVec3::ZERO; count];
+    for (t, part) in of_triangle.iter().enumerate().rev() {
+        let corners = mesh.corners(t);
+        let own = Aabb::of(corners);
+        let whole = &mut boxes[*part as usize];
+        *whole = Aabb { min: whole.min.min(own.min), max: whole.max.max(own.max) };
+        first[*part as usize] = corners[0];
     }
-    let around: Vec<Around> = (0..count as u32)
-        .into_par_iter()
-        .map(|part| {
-            progress.poll()?;
-            let found = triangles[part as usize].iter().find_map(|t| rays.around(*t));
-            Ok(found.unwrap_or_default())
-        })
-        .collect::<Result<_>>()?;
+    let rays = Rays { mesh, tree: Bvh::new(mesh), of_triangle, closed: Closed::new(&boxes, &is_closed) };
+    let around = (0..count as u32).into_par_iter().map(|part| {
+        progress.poll()?;
+        Ok(rays.around(part, first[part as usize], &boxes))
+    });
+    let around: Vec<Around> = around.collect::<Result<_>>()?;
     let pair = |part: u32, other: u32| [part.min(other), part.max(other)];
     let with_others = |(part, list): (u32, &Around)| list.iter().map(|other| pair(part, *other)).collect();
     let pairs: Vec<Vec<[u32; 2]>> = (0..).zip(&around).map(with_others).collect();
@@ -89,53 +86,79 @@ fn hidden_components(
 /// Closed components around a point.
 type Around = SmallVec<[u32; 4]>;
 
-/// What rays through a mesh meet.
+/// The boxes of closed components.
+struct Closed {
+    tree: Bvh,
+    parts: Vec<u32>,
+}
+
+impl Closed {
+    fn new(boxes: &[Aabb], is_closed: &[bool]) -> Self {
+        let parts: Vec<u32> = (0..).zip(is_closed).filter(|(_, closed)| **closed).map(|(p, _)| p).collect();
+        // A triangle with the box of each.
+        let ends = parts.iter().map(|part| &boxes[*part as usize]).flat_map(|own| [own.min, own.max]);
+        let triangles = (0..parts.len() as u32).map(|k| [2 * k, 2 * k, 2 * k + 1]).collect();
+        Self { tree: Bvh::new(&TriMesh { vertices: ends.collect(), triangles }), parts }
+    }
+
+    /// Those whose box contains that of a component, ascending, without itself.
+    fn containing(&self, part: u32, boxes: &[Aabb]) -> Vec<u32> {
+        let own = &boxes[part as usize];
+        let mut found = Vec::new();
+        self.tree.overlapping(&Aabb { min: own.min, max: own.min }, |k| {
+            let other = self.parts[k as usize];
+            if other != part && own.max.cmple(boxes[other as usize].max).all() {
+                found.push(other);
+            }
+        });
+        found.sort_unstable();
+        found
+    }
+}
+
+/// Casts rays through a mesh.
 struct Rays<'a> {
     mesh: &'a TriMesh,
     tree: Bvh,
     of_triangle: &'a [u32],
-    is_closed: &'a [bool],
+    closed: Closed,
 }
 
 impl Rays<'_> {
-    /// The closed components, other than its own, around a point of a triangle: those that a ray in the
-    /// direction of x crosses an odd number of times. `None` if it meets an edge.
-    fn around(&self, t: u32) -> Option<Around> {
-        let own = self.of_triangle[t as usize];
-        let [a, b, c] = self.mesh.corners(t as usize);
-        let p = WEIGHTS.x * a + WEIGHTS.y * b + WEIGHTS.z * c;
-        let ray = Aabb { min: p, max: p.with_x(self.tree.bounds().max.x.max(p.x)) };
-        let (mut crossed, mut is_clear) = (Around::new(), true);
-        self.tree.overlapping(&ray, |s| {
-            let part = self.of_triangle[s as usize];
-            if part != own && self.is_closed[part as usize] {
-                match crosses(p, self.mesh.corners(s as usize)) {
-                    Some(true) => crossed.push(part),
-                    Some(false) => {}
-                    None => is_clear = false,
+    /// Closed components around another one that has a vertex at `p`: those that a ray from there in the
+    /// direction of x crosses an odd number of times.
+    fn around(&self, part: u32, p: DVec3, boxes: &[Aabb]) -> Around {
+        let others = self.closed.containing(part, boxes);
+        let end = others.iter().map(|other| boxes[*other as usize].max.x).fold(p.x, f64::max);
+        let mut crossed: Vec<u32> = Vec::new();
+        if !others.is_empty() {
+            self.tree.overlapping(&Aabb { min: p, max: p.with_x(end) }, |s| {
+                let other = self.of_triangle[s as usize];
+                if others.binary_search(&other).is_ok() && crosses(p, self.mesh.corners(s as usize)) {
+                    crossed.push(other);
                 }
-            }
-        });
+            });
+        }
         crossed.sort_unstable();
         let odd = crossed.chunk_by(|a, b| a == b).filter(|run| run.len() % 2 == 1).map(|run| run[0]);
-        is_clear.then(|| odd.collect())
+        odd.take(MOST_AROUND).collect()
     }
 }
 
-/// Whether the ray from a point in the direction of x crosses a triangle; `None` if it meets its rim, or if
-/// the point is on it.
-fn crosses(p: DVec3, corners: [DVec3; 3]) -> Option<bool> {
+/// Whether the ray from a point in the direction of x crosses a triangle. If it meets an edge, it counts as
+/// if the point were moved by next to nothing in y, and by next to nothing of that in z: so that just one of
+/// two triangles at an edge is crossed where the surface goes on.
+fn crosses(p: DVec3, corners: [DVec3; 3]) -> bool {
     let flat = |q: DVec3| robust::Coord { x: q.y, y: q.z };
+    let turn = |s: DVec3, e: DVec3| {
+        let turn = robust::orient2d(flat(s), flat(e), flat(p));
+        // Its derivatives by y and by z of the point.
+        [turn, s.z - e.z, e.y - s.y].into_iter().find(|value| *value != 0.0).unwrap_or(0.0)
+    };
     let [a, b, c] = corners;
-    let turns = [[a, b], [b, c], [c, a]].map(|[s, e]| robust::orient2d(flat(s), flat(e), flat(p)));
-    let (left, right) = (turns.iter().any(|turn| *turn > 0.0), turns.iter().any(|turn| *turn < 0.0));
-    if left && right {
-        return Some(false);
-    }
+    let turns = [turn(a, b), turn(b, c), turn(c, a)];
+    let (left, right) = (turns.iter().all(|turn| *turn > 0.0), turns.iter().all(|turn| *turn < 0.0));
     let at = |q: DVec3| robust::Coord3D { x: q.x, y: q.y, z: q.z };
     let below = robust::orient3d(at(a), at(b), at(c), at(p));
-    if turns.contains(&0.0) || below == 0.0 {
-        return None;
-    }
-    Some((below > 0.0) == left)
+    (left && below > 0.0) || (right && below < 0.0)
 }
