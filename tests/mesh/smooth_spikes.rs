@@ -1,9 +1,9 @@
 //! Spikes: single vertices that stick out like needles, or into the surface.
 
-use crate::support::shapes::{plane, sphere};
+use crate::support::shapes::{moved, plane, sphere, union};
 use glam::{DVec2, DVec3};
 use rtfmesh::TriMesh;
-use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair_with};
+use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair, repair_with};
 use rtfmesh::mesh::samples::sample;
 use std::f64::consts::TAU;
 
@@ -55,9 +55,12 @@ fn corners_cones_and_boundaries_are_no_spikes() {
     vertices.extend([DVec3::Z * 10.0, DVec3::ZERO]);
     let side = |k: u32| [[k, (k + 1) % count, count], [(k + 1) % count, k, count + 1]];
     let cone = TriMesh { vertices, triangles: (0..count).flat_map(side).collect() };
+    // Two that share their tip.
+    let mut both = union(&cone, &moved(&cone, |p| DVec3::new(p.x, -p.y, 20.0 - p.z)));
+    both.triangles.as_flattened_mut().iter_mut().filter(|v| **v == 2 * count + 2).for_each(|v| *v = count);
     let mut torn = plane(4, 0.0);
     torn.vertices[0].z = 30.0;
-    for mesh in [cone, torn, sample("box").unwrap(), sample("torus").unwrap()] {
+    for mesh in [cone, repair(&both).unwrap().mesh, torn, sample("box").unwrap(), sample("torus").unwrap()] {
         let result = smoothed(&mesh);
         assert_eq!((result.counts.spikes_smoothed, &result.mesh), (0, &mesh));
     }

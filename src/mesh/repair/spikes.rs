@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use smallvec::SmallVec;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 
 use super::is_flat;
@@ -31,8 +31,9 @@ pub(super) fn smooth_spikes(mesh: &mut TriMesh, table: &EdgeTable) -> usize {
     if !is_spike.contains(&true) {
         return 0;
     }
-    let spikes: Vec<u32> = (0..).zip(&is_spike).filter(|(_, is)| **is).map(|(v, _)| v).collect();
     let around = triangles_around(mesh.vertices.len(), &mesh.triangles);
+    let spikes = (0..).zip(&is_spike).filter(|(_, is)| **is).map(|(v, _)| v);
+    let spikes: Vec<u32> = spikes.filter(|v| is_one_fan(*v, mesh, around.of(*v))).collect();
     let neighbours = |v: u32| {
         let of = around.of(v).iter().flat_map(|t| mesh.triangles[*t as usize]);
         let mut list: Vec<u32> = of.filter(|w| *w != v).collect();
@@ -64,6 +65,24 @@ pub(super) fn smooth_spikes(mesh: &mut TriMesh, table: &EdgeTable) -> usize {
         mesh.vertices[*v as usize] = *was;
     }
     stays.iter().filter(|stays| **stays).count()
+}
+
+/// Whether the triangles around a vertex are one closed fan, each joined to the next by an edge.
+fn is_one_fan(v: u32, mesh: &TriMesh, star: &[u32]) -> bool {
+    let after = |t: &u32| {
+        let [a, b, c] = mesh.triangles[*t as usize];
+        if a == v {
+            (b, c)
+        } else if b == v {
+            (c, a)
+        } else {
+            (a, b)
+        }
+    };
+    let next: HashMap<u32, u32> = star.iter().map(after).collect();
+    let Some(first) = star.first().map(|t| after(t).0) else { return false };
+    let walk = std::iter::successors(next.get(&first), |w| next.get(w));
+    walk.take(star.len()).position(|w| *w == first) == Some(star.len() - 1)
 }
 
 /// The sum of the angles around each vertex.
