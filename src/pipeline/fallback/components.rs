@@ -105,12 +105,13 @@ impl Components {
         let whole = self.area();
         let share = |part: usize| target.vertices as f64 * self.areas[part] / whole;
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
+        let is_mostly_small = self.is_mostly_small(target.vertices);
         let (small, large): (Vec<usize>, Vec<usize>) = (0..self.count()).partition(|part| {
             let is_small = || self.refined_vertices(mesh, *part, refined) < SMALL;
             *part != largest
                 && share(*part) < SMALL
                 && is_small()
-                && !is_enough_for_cells(share(*part), || self.submesh(mesh, *part))
+                && !(is_mostly_small && is_enough_for_cells(share(*part), || self.submesh(mesh, *part)))
         });
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
@@ -184,14 +185,23 @@ impl Components {
         self.triangles[part].iter().map(of).sum::<f64>() * 2.0 / 3f64.sqrt()
     }
 
+    /// Whether components with few vertices have half of the area or more. Beside larger ones they are better
+    /// made by local operations, since coarse levels of cells have some vertices for each.
+    fn is_mostly_small(&self, vertices: usize) -> bool {
+        let whole = self.area();
+        let is_small = |area: &&f64| vertices as f64 * **area < SMALL * whole;
+        self.areas.iter().filter(is_small).sum::<f64>() >= 0.5 * whole
+    }
+
     /// The least number of vertices that these components need: none is looked for that has enough of them by
     /// area.
     fn least(&self, mesh: &TriMesh, parts: &[usize], target: &ComponentTarget) -> Result<usize> {
         let whole = self.area();
+        let is_mostly_small = self.is_mostly_small(target.vertices);
         let least = |part: &usize| {
             let surface = self.submesh(mesh, *part);
             let share = target.vertices as f64 * self.areas[*part] / whole;
-            if is_enough_for_cells(share, || &surface) {
+            if is_mostly_small && is_enough_for_cells(share, || &surface) {
                 return Ok(COMPACT);
             }
             least_vertices(&surface, target)
