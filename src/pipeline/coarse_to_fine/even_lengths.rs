@@ -42,8 +42,8 @@ impl Runner<'_, '_> {
             return Ok(first);
         }
         let request = ModelRequest { vertices, sizing: &Sizing::Uniform, ..ModelRequest::of(plan) };
-        let model = self.model(&request)?;
-        let even = match self.attempt(&model, vertices, self.shared.context.options.seed) {
+        let seed = self.shared.context.options.seed;
+        let even = match self.model(&request).and_then(|model| self.attempt(&model, vertices, seed)) {
             // There are too few vertices for the curves.
             Err(Error::Usage { .. }) => return Ok(first),
             even => even?,
