@@ -105,7 +105,9 @@ def shells(vertices: Floats, faces: Ints, random: np.random.Generator) -> Damage
     mesh = plain(vertices, faces)
     least = 0.01 * np.linalg.norm(np.ptp(vertices, axis=0))
     parts, wanted = [mesh], 1 + int(random.integers(1, 6))
-    while len(parts) < wanted:
+    for _ in range(10_000):
+        if len(parts) == wanted:
+            break
         at = random.uniform(vertices.min(axis=0), vertices.max(axis=0))
         room = trimesh.proximity.closest_point(mesh, [at])[1][0]
         if room > least and is_inside(at, vertices[faces]):
@@ -116,6 +118,8 @@ def shells(vertices: Floats, faces: Ints, random: np.random.Generator) -> Damage
             if random.random() < 0.5:
                 part.invert()
             parts.append(part)
+    if len(parts) < wanted:
+        raise ValueError("the model has too little room for shells")
     whole = trimesh.util.concatenate(parts)
     return np.array(whole.vertices), np.array(whole.faces), np.empty(0, np.int64)
 

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, surface_arrays, truth
+from ._arrays import Faces, Vertices, surface_arrays
 from ._objects import MeshLike, given_mesh
-from ._words import keywords, word
+from ._words import keywords, words
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,20 +62,14 @@ def repair(
     Raises `InputError`.
     """
     shape = given_mesh(vertices, faces)
-    numbers = {
+    options = {
         "weld": weld,
         "min_component": min_component,
         "smooth_boundary": smooth_boundary,
+        "smooth_spikes": smooth_spikes,
         "fill_holes": fill_holes,
+        "outer": outer,
     }
-    flags = {"smooth_spikes": smooth_spikes, "outer": outer}
-    words = [f"--{flag(name)}={word(name, value)}" for name, value in numbers.items() if value is not None]
-    words += [f"--{flag(name)}" for name, value in flags.items() if truth(value, name)]
-    found = _native.repair(surface_arrays(shape.vertices, shape.faces), words)
+    found = _native.repair(surface_arrays(shape.vertices, shape.faces), words(None, options))
     (new, triangles), origin, repairs, notes = found
     return Repaired(new, triangles, origin, json.loads(repairs), notes)
-
-
-def flag(name: str) -> str:
-    """The name of an option on the command line."""
-    return name.replace("_", "-")

@@ -13,7 +13,7 @@ use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes};
 use rtfmesh::mesh::correspondence::find_correspondence;
-use rtfmesh::mesh::repair::Repaired;
+use rtfmesh::mesh::repair::{RepairOptions, Repaired};
 use rtfmesh::report::Report;
 use rtfmesh::{
     CorrespondenceRequest, Device, Error, Length, Method, Options, Preview, ProgressToken, Remeshed, Result,
@@ -307,9 +307,7 @@ impl<'a> Request<'a> {
                 self.options.shortage = Shortage::AddVertices;
             }
         }
-        self.options.fill_holes = None;
-        (self.options.smooth_spikes, self.options.outer) = (false, false);
-        (self.options.weld, self.options.min_component, self.options.smooth_boundary) = (0.0, 0.0, 0.0);
+        self.options.set_repairs(RepairOptions::default());
         Ok((made, WrappedInput { mesh: loaded.mesh, repaired }))
     }
 }

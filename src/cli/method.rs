@@ -12,7 +12,6 @@ use crate::grammar::counted;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::{Input, Loaded, Reader};
 use rtfmesh::mesh::attributes::Attribute;
-use rtfmesh::mesh::repair::RepairOptions;
 use rtfmesh::options::Centroid;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Refinement, Shortage,
@@ -85,9 +84,8 @@ pub struct MethodArgs {
         hide_short_help = true)]
     points: Option<PathBuf>,
     /// Keep the vertices and edges of boundaries exactly, so that neighbouring tiles still match
-    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary", "smooth_spikes",
-        "fill_holes", "outer"],
-        hide_short_help = true)]
+    #[arg(long, help_heading = FEATURES, conflicts_with_all = ["local", "smooth_boundary", "fill_holes",
+        "outer"], hide_short_help = true)]
     keep_boundary: bool,
     /// Keep these triangles untouched, and join the rest to them: label:NAME or selection:NAME
     ///
@@ -228,15 +226,7 @@ impl MethodArgs {
         let put = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
         options.iterations = self.iterations.unwrap_or(options.iterations);
         put(self.tolerance, &mut options.tolerance);
-        RepairOptions {
-            weld: options.weld,
-            min_component: options.min_component,
-            smooth_boundary: options.smooth_boundary,
-            smooth_spikes: options.smooth_spikes,
-            fill_holes: options.fill_holes,
-            outer: options.outer,
-            ..
-        } = self.repairs.options();
+        options.set_repairs(self.repairs.options());
         options.seed = self.seed.unwrap_or(options.seed);
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;

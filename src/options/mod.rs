@@ -229,6 +229,14 @@ impl Options {
         }
     }
 
+    /// Sets all repairs at once.
+    pub(crate) fn set_repairs(&mut self, repairs: RepairOptions) {
+        let RepairOptions { weld, min_component, smooth_boundary, smooth_spikes, fill_holes, outer } =
+            repairs;
+        (self.weld, self.min_component, self.smooth_boundary) = (weld, min_component, smooth_boundary);
+        (self.smooth_spikes, self.fill_holes, self.outer) = (smooth_spikes, fill_holes, outer);
+    }
+
     /// Whether sites move with tangent or power faces.
     pub(crate) fn has_plane_faces(&self) -> bool {
         self.method == Method::AllAtOnce && self.all_at_once.face != Face::Exact
@@ -293,15 +301,14 @@ impl Options {
             let problem = "`symmetric` does not go together with `faces`";
             return Err(Error::option("symmetric", problem, "ask for a number of vertices"));
         }
-        let kept = [
-            ("keep_boundary", self.coarse_to_fine.keep_boundary),
-            ("keep", !self.coarse_to_fine.keep.is_empty()),
-        ];
+        let keeps_triangles = !self.coarse_to_fine.keep.is_empty();
+        let kept = [("keep_boundary", self.coarse_to_fine.keep_boundary), ("keep", keeps_triangles)];
         let changes = [
             ("smooth_boundary` moves", self.smooth_boundary > 0.0),
             ("fill_holes` closes", self.fill_holes.is_some()),
-            ("smooth_spikes` moves", self.smooth_spikes),
             ("outer` removes", self.outer),
+            // Boundaries stay.
+            ("smooth_spikes` moves", self.smooth_spikes && keeps_triangles),
         ];
         for (name, _) in kept.into_iter().filter(|(_, is_set)| *is_set) {
             if let Some((change, _)) = changes.iter().find(|(_, is_set)| *is_set) {

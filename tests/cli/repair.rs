@@ -94,7 +94,7 @@ fn spikes_and_inner_shells_go_where_that_is_asked_for() {
     assert_eq!(read(place.path("same.ply")).unwrap().mesh, mesh);
     let (_, told) = place.run("repair in.ply out.ply --smooth-spikes --outer");
     assert!(told.contains("note: in.ply: 1 spike was smoothed"), "{told}");
-    assert!(told.contains("note: in.ply: 1 component was removed, inside closed ones"), "{told}");
+    assert!(told.contains("note: in.ply: 1 component was removed: inside closed ones"), "{told}");
     let out = read(place.path("out.ply")).unwrap().mesh;
     assert_eq!(out.vertices.len(), count);
     assert!(out.vertices[9].length() < 1.01 && out.vertices[..9] == mesh.vertices[..9]);

@@ -169,10 +169,14 @@ fn what_cannot_be_kept_is_refused_before_the_run() {
         (points, "points"),
         (Options::new(500).keep_boundary(true).local(true), "keep_boundary"),
         (Options::new(500).keep_boundary(true).smooth_boundary(0.1), "keep_boundary"),
+        (Options::new(500).keep_boundary(true).outer(true), "keep_boundary"),
+        (Options::new(500).keep(vec![0]).smooth_spikes(true), "keep"),
     ] {
         let refused = bad.validate();
         assert!(matches!(&refused, Err(Error::Usage { field: Some(of), .. }) if *of == field), "{refused:?}");
     }
+    // No spike is on a boundary.
+    assert_eq!(Options::new(500).keep_boundary(true).smooth_spikes(true).validate(), Ok(()));
 }
 
 #[test]

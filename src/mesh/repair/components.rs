@@ -27,6 +27,18 @@ pub(crate) fn connected_components(mesh: &TriMesh) -> (Vec<u32>, Vec<f64>) {
     (of_triangle, areas)
 }
 
+/// Keeps some triangles, with their origin, in their old order; returns their old numbers.
+pub(super) fn keep_triangles(
+    mesh: &mut TriMesh,
+    origin: &mut Vec<u32>,
+    stays: impl Fn(usize) -> bool,
+) -> Vec<usize> {
+    let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
+    *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());
+    *origin = kept.iter().map(|t| origin[*t]).collect();
+    kept
+}
+
 /// Drops components with less than this share of the area, but never the largest.
 pub(super) fn drop_small(mesh: &mut TriMesh, origin: &mut Vec<u32>, share: f64, counts: &mut RepairCounts) {
     let (of_triangle, areas) = connected_components(mesh);
@@ -34,9 +46,6 @@ pub(super) fn drop_small(mesh: &mut TriMesh, origin: &mut Vec<u32>, share: f64, 
     let least = (share * areas.iter().sum::<f64>()).min(largest);
     counts.components_removed = areas.iter().filter(|area| **area < least).count();
     if counts.components_removed > 0 {
-        let stays = |t: usize| areas[of_triangle[t] as usize] >= least;
-        let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
-        *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());
-        *origin = kept.iter().map(|t| origin[*t]).collect();
+        keep_triangles(mesh, origin, |t| areas[of_triangle[t] as usize] >= least);
     }
 }

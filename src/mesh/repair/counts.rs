@@ -110,7 +110,7 @@ impl RepairCounts {
             (
                 self.hidden_components_removed,
                 ["component was", "components were"],
-                "removed, inside closed ones",
+                "removed: inside closed ones",
             ),
             (
                 self.boundary_vertices_moved,

@@ -5,11 +5,10 @@ use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::connected_components;
+use super::components::{connected_components, keep_triangles};
 use crate::mesh::bvh::{Aabb, Bvh};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::{mark_intersecting_parts, scaled};
-use crate::mesh::submesh::without_unused_vertices;
 use crate::{ProgressToken, Result, TriMesh};
 
 /// So many closed components around one are remembered at most: nests may be deep.
@@ -30,11 +29,8 @@ pub(super) fn drop_hidden(
     let is_hidden = hidden_components(mesh, &of_triangle, areas.len(), progress)?;
     let removed = is_hidden.iter().filter(|hidden| **hidden).count();
     if removed > 0 {
-        let stays = |t: usize| !is_hidden[of_triangle[t] as usize];
-        let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
+        let kept = keep_triangles(mesh, origin, |t| !is_hidden[of_triangle[t] as usize]);
         *first_patch = kept.partition_point(|t| t < first_patch);
-        *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());
-        *origin = kept.iter().map(|t| origin[*t]).collect();
     }
     Ok(removed)
 }

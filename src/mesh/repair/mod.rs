@@ -234,7 +234,7 @@ pub(crate) fn repair_with_progress(
     }
     orient::orient(&mut kept, &table, &mut counts);
     if options.smooth_spikes {
-        counts.spikes_smoothed = spikes::smooth_spikes(&mut kept, &table);
+        counts.spikes_smoothed = spikes::smooth_spikes(&mut kept, &table, progress)?;
     }
     let mut first_patch = kept.triangles.len();
     if let Some(largest) = options.fill_holes {
@@ -312,4 +312,34 @@ fn same_places(vertices: &[DVec3]) -> Vec<u32> {
         Entry::Vacant(free) => *free.insert(own),
     };
     (0..).zip(vertices).map(first_of).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::mesh::submesh::append;
+
+    #[test]
+    fn patches_are_the_last_triangles_whatever_is_removed_before_them() {
+        let ball = sample("sphere").unwrap();
+        let scaled = |factor: f64| TriMesh {
+            vertices: ball.vertices.iter().map(|p| *p * factor).collect(),
+            triangles: ball.triangles.clone(),
+        };
+        let (mut mesh, mut open) = (scaled(0.3), scaled(1.0));
+        let fan: Vec<[u32; 3]> = open.triangles.extract_if(.., |t| t.contains(&1200)).collect();
+        // A triangle that hangs in the hole by a vertex.
+        let at = fan[0].into_iter().find(|v| *v != 1200).unwrap();
+        let middle = open.vertices[1200];
+        let last = open.vertices.len() as u32;
+        open.vertices.extend([middle, middle + 0.2 * (open.vertices[at as usize] - middle).cross(middle)]);
+        open.triangles.push([at, last, last + 1]);
+        append(&mut mesh, &open);
+        let options = RepairOptions::default().fill_holes(Length::OfDiagonal(1.0)).outer(true);
+        let Repaired { mesh, counts, patches, .. } = repair_with(&mesh, &options).unwrap();
+        let made = (counts.parts_removed, counts.holes_filled, counts.hidden_components_removed);
+        assert_eq!(made, (1, 1, 1));
+        assert_eq!(patches, ball.triangles.len() - fan.len()..mesh.triangles.len());
+    }
 }

@@ -10,6 +10,7 @@ use crate::mesh::csr::{Csr, triangles_around};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::triangle::{angle_at_first, doubled_normal};
 use crate::mesh::{TriMesh, position_key};
+use crate::{ProgressToken, Result};
 
 /// A vertex is a spike if the angles around it sum to less than this, as at the tip of a cone of 29 degrees.
 const SPIKE: f64 = FRAC_PI_2;
@@ -18,10 +19,17 @@ const ROUNDS: usize = 20;
 /// How a spike is placed does not depend on the surroundings of vertices with more triangles.
 const HUB: usize = 100;
 
-/// Moves spikes to where the surface around them bends least; others stay. Returns how many moved. Boundary
-/// and non-manifold vertices are none, and neither is what would leave a fold, such as the tip of a cone,
-/// or come to where another vertex is.
-pub(super) fn smooth_spikes(mesh: &mut TriMesh, table: &EdgeTable) -> usize {
+/// Moves spikes to where the surface around them bends least, and returns how many. Boundary and non-manifold
+/// vertices are not spikes. A spike stays if the surface would be folded without it, as at the tip of a cone
+/// on a disc, or if it would come to where another vertex is.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn smooth_spikes(
+    mesh: &mut TriMesh,
+    table: &EdgeTable,
+    progress: &ProgressToken,
+) -> Result<usize> {
     let mut is_inner = vec![true; mesh.vertices.len()];
     for sides in table.edges().filter(|sides| sides.len() != 2) {
         <[u32; 2]>::from(sides[0].ends()).iter().for_each(|v| is_inner[*v as usize] = false);
@@ -29,7 +37,7 @@ pub(super) fn smooth_spikes(mesh: &mut TriMesh, table: &EdgeTable) -> usize {
     let sums = angle_sums(mesh);
     let is_spike: Vec<bool> = sums.iter().zip(&is_inner).map(|(sum, inner)| *inner && *sum < SPIKE).collect();
     if !is_spike.contains(&true) {
-        return 0;
+        return Ok(0);
     }
     let around = triangles_around(mesh.vertices.len(), &mesh.triangles);
     let spikes = (0..).zip(&is_spike).filter(|(_, is)| **is).map(|(v, _)| v);
@@ -53,31 +61,32 @@ pub(super) fn smooth_spikes(mesh: &mut TriMesh, table: &EdgeTable) -> usize {
         }
     }
     for _ in 0..ROUNDS {
+        progress.poll()?;
         for (v, place) in spikes.iter().zip(&places) {
             mesh.vertices[*v as usize] = place.fair(&mesh.vertices);
         }
     }
-    let stays: Vec<bool> = spikes
-        .iter()
-        .map(|v| is_sound(*v, mesh, &around) && taken.insert(position_key(mesh.vertices[*v as usize])))
-        .collect();
-    for ((v, was), _) in spikes.iter().zip(&before).zip(&stays).filter(|(_, stays)| !**stays) {
-        mesh.vertices[*v as usize] = *was;
+    let mut moved: Vec<usize> = (0..spikes.len()).collect();
+    let mut is_free =
+        |k: &usize, mesh: &TriMesh| taken.insert(position_key(mesh.vertices[spikes[*k] as usize]));
+    let mut back: Vec<usize> = moved.extract_if(.., |k| !is_free(k, mesh)).collect();
+    // What goes back may leave others beside it unsound.
+    loop {
+        progress.poll()?;
+        back.extend(moved.extract_if(.., |k| !is_sound(spikes[*k], mesh, &around)));
+        if back.is_empty() {
+            return Ok(moved.len());
+        }
+        back.drain(..).for_each(|k| mesh.vertices[spikes[k] as usize] = before[k]);
     }
-    stays.iter().filter(|stays| **stays).count()
 }
 
 /// Whether the triangles around a vertex are one closed fan, each joined to the next by an edge.
 fn is_one_fan(v: u32, mesh: &TriMesh, star: &[u32]) -> bool {
     let after = |t: &u32| {
-        let [a, b, c] = mesh.triangles[*t as usize];
-        if a == v {
-            (b, c)
-        } else if b == v {
-            (c, a)
-        } else {
-            (a, b)
-        }
+        let triangle = mesh.triangles[*t as usize];
+        let own = triangle.iter().position(|w| *w == v).unwrap_or(0);
+        (triangle[(own + 1) % 3], triangle[(own + 2) % 3])
     };
     let next: HashMap<u32, u32> = star.iter().map(after).collect();
     let Some(first) = star.first().map(|t| after(t).0) else { return false };

@@ -10,7 +10,6 @@ use crate::mesh::topology::topology;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::{Error, Result, TriMesh};
 use rayon::prelude::*;
-use std::borrow::Borrow;
 use std::collections::HashSet;
 
 /// Vertices that the largest component gets, however many others there are, if it has as many in the input.
@@ -111,7 +110,9 @@ impl Components {
             *part != largest
                 && share(*part) < SMALL
                 && is_small()
-                && !(is_mostly_small && is_enough_for_cells(share(*part), || self.submesh(mesh, *part)))
+                && !(is_mostly_small
+                    && share(*part) >= FEWEST_FOR_CELLS
+                    && is_enough_for_cells(share(*part), &self.submesh(mesh, *part)))
         });
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
         let parts: Vec<Part> =
@@ -201,7 +202,7 @@ impl Components {
         let least = |part: &usize| {
             let surface = self.submesh(mesh, *part);
             let share = target.vertices as f64 * self.areas[*part] / whole;
-            if is_mostly_small && is_enough_for_cells(share, || &surface) {
+            if is_mostly_small && is_enough_for_cells(share, &surface) {
                 return Ok(COMPACT);
             }
             least_vertices(&surface, target)
@@ -463,17 +464,11 @@ fn as_rods_need(surface: &TriMesh) -> f64 {
     2.0 * area / (3f64.sqrt() * side * side)
 }
 
-/// Whether cells of so many vertices have the topology of a surface for sure: of a compact one without
-/// handles, boundary or defects.
-fn is_enough_for_cells<S: Borrow<TriMesh>>(vertices: f64, surface: impl FnOnce() -> S) -> bool {
-    if vertices < FEWEST_FOR_CELLS {
-        return false;
-    }
-    let surface = surface();
-    let topology = topology(surface.borrow());
-    topology.is_closed_manifold()
-        && topology.genus == Some(0)
-        && vertices >= ROUND * as_rods_need(surface.borrow())
+/// Whether cells of so many vertices are likely to have the topology of a surface: of a compact one without
+/// handles, boundary or defects. Of others, this is not known.
+fn is_enough_for_cells(vertices: f64, surface: &TriMesh) -> bool {
+    let topology = topology(surface);
+    topology.is_closed_manifold() && topology.genus == Some(0) && vertices >= ROUND * as_rods_need(surface)
 }
 
 /// What is made of components. If there are too few vertices for that, faces may intersect; not if many more
@@ -559,8 +554,28 @@ mod tests {
             (box_of(1.0), 40.0, true),
             (box_of(0.1), 40.0, false),
         ] {
-            assert_eq!(is_enough_for_cells(vertices, || &mesh), expected, "{vertices}");
+            assert_eq!(is_enough_for_cells(vertices, &mesh), expected, "{vertices}");
         }
+    }
+
+    #[test]
+    fn components_are_mostly_small_if_the_large_ones_have_less_than_half_of_the_area() {
+        let ball = sample("sphere").unwrap();
+        let balls = |scales: &[f64]| {
+            let mut surface = TriMesh::default();
+            for (k, scale) in scales.iter().enumerate() {
+                let vertices = ball.vertices.iter().map(|p| *p * *scale + 9.0 * k as f64 * glam::DVec3::X);
+                append(
+                    &mut surface,
+                    &TriMesh { vertices: vertices.collect(), triangles: ball.triangles.clone() },
+                );
+            }
+            Components::new(&surface)
+        };
+        let few = SMALL as usize;
+        assert!(balls(&[1.0; 4]).is_mostly_small(2 * few));
+        assert!(!balls(&[1.0; 4]).is_mostly_small(5 * few));
+        assert!(!balls(&[1.0, 0.1, 0.1]).is_mostly_small(10 * few));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use crate::mesh::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::submesh::without_unused_vertices;
+use crate::mesh::repair::components::keep_triangles;
 use crate::mesh::topology::Partition;
 
 /// A part hangs if its area is below this share of that of the largest one which it is connected to.
@@ -42,9 +42,7 @@ pub(super) fn remove(mesh: &mut TriMesh, origin: &mut Vec<u32>, largest: f64, ta
     let removed = (0..count).filter(|t| found[*t].bounds.is_some() && hangs(*t, &found[*t])).count();
     if removed > 0 {
         let roots: Vec<usize> = (0..count as u32).map(|t| parts.root(t) as usize).collect();
-        let kept: Vec<usize> = (0..count).filter(|t| !hangs(*t, &found[roots[*t]])).collect();
-        *origin = kept.iter().map(|t| origin[*t]).collect();
-        *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());
+        keep_triangles(mesh, origin, |t| !hangs(t, &found[roots[t]]));
     }
     removed
 }
