@@ -198,11 +198,10 @@ impl Components {
     /// area.
     fn least(&self, mesh: &TriMesh, parts: &[usize], target: &ComponentTarget) -> Result<usize> {
         let whole = self.area();
-        let is_mostly_small = self.is_mostly_small(target.vertices);
         let least = |part: &usize| {
             let surface = self.submesh(mesh, *part);
             let share = target.vertices as f64 * self.areas[*part] / whole;
-            if is_mostly_small && is_enough_for_cells(share, &surface) {
+            if is_enough_for_cells(share, &surface) {
                 return Ok(COMPACT);
             }
             least_vertices(&surface, target)
